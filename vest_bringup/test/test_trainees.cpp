@@ -28,7 +28,8 @@ namespace vest::exercise {
 namespace {
 
 namespace fs = std::filesystem;
-const char* const kHostile = "R\"o'bert'); DROP TABLE trainee;-- <b>&\xf0\x9f\x98\x80</b>";
+const std::string kDoctor = "\U0001F469\u200d\u2695\uFE0F";  // one emoji of two, by a joiner
+const std::string kHostile = "R\"o'bert'); DROP TABLE trainee;-- <b>&" + kDoctor + "</b>";
 
 class TraineesTest : public ::testing::Test {
  protected:
@@ -73,10 +74,14 @@ TEST_F(TraineesTest, NamesWithQuotesAndEmojiAreNames) {
   t.keep(attempt(kHostile));
   EXPECT_EQ(t.attempts(kHostile).size(), 1U);
   EXPECT_EQ(t.attempts("anna").size(), 0U);
+  EXPECT_EQ(nlohmann::json::parse(t.exported(kHostile))["trainee"], kHostile);
   EXPECT_NE(refusal([&] { t.add("anna"); }).find("is there already"), std::string::npos);
   for (const char* bad : {"", "line\nbreak", "\xff\xfe", "\xf0\x9f\x98", "bell\a", "\xe2\x80\xae",
                           "\xed\xa0\x80", "\xe0\x80\x80"})
     EXPECT_NE(refusal([&] { t.add(bad); }).find("not a pseudonym"), std::string::npos) << bad;
+  for (const char* hidden : {"an\u200dna", "anna\u200d", "\u200d\U0001F467"})
+    EXPECT_NE(refusal([&] { t.add(hidden); }).find("not a pseudonym"), std::string::npos)
+        << "looks like another";
   EXPECT_NE(refusal([&] { t.add(std::string(65, 'x')); }).find("64 bytes"), std::string::npos);
   EXPECT_NE(refusal([&] { t.keep(attempt("nobody")); }).find("unknown"), std::string::npos);
 }
@@ -463,7 +468,7 @@ TEST(Report, EscapesEveryTextAndNeedsNothingBesideIt) {
   for (const char* raw : {"<script", "<item>", "<reason>", "<i>", "DROP TABLE trainee;-- <b>"})
     EXPECT_EQ(html.find(raw), std::string::npos) << raw;
   EXPECT_NE(html.find("&lt;script&gt;"), std::string::npos);
-  EXPECT_NE(html.find("\xf0\x9f\x98\x80"), std::string::npos) << "what is no markup stays";
+  EXPECT_NE(html.find(kDoctor), std::string::npos) << "what is no markup stays";
   EXPECT_NE(html.find("base64,/9j/\""), std::string::npos);
   for (const char* beside : {"src=\"http", "href=", "url(", "@import"})
     EXPECT_EQ(html.find(beside), std::string::npos) << beside;

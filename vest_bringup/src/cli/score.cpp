@@ -61,6 +61,7 @@ class Moments {
 
   void look(const vest::scene::World& world, const vest::scene::StepInput& input,
             const exercise::Engine& engine) {
+    if (finished_) return;
     if (world.steps() % 50 == 0 || engine.finished() != finished_) {
       if (!bag_->current(world) && !engine.finished()) return;
       const auto all = engine.result().moments;
@@ -146,15 +147,17 @@ void score(const Wanted& wanted) {
   std::unique_ptr<Moments> moments;
   if (wanted.pictures) moments = std::make_unique<Moments>(), options.frames = moments->frames();
   exercise::Trace trace;
+  bool over = false;
   const auto played =
       vest::session::play(wanted.directory, session, options,
                           [&](const auto& world, const auto& input, const auto& report, const auto* engine) {
-                            if (!engine || (engine->finished() && !moments)) return;
+                            if (!engine) return;
                             if (world.steps() == 1) {  // the last attempt counts
-                              trace = exercise::Trace();
+                              trace = exercise::Trace(), over = false;
                               if (moments) moments->again();
                             }
-                            if (!engine->finished()) trace.add(input, report);
+                            if (!over) trace.add(input, report);
+                            over = engine->finished();
                             if (moments) moments->look(world, input, *engine);
                           });
   if (!played.result)

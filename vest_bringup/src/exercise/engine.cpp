@@ -27,7 +27,10 @@ class Builder {
     m_.optic_least = std::cos((e.optic + kOpticOff) * kDegree);
     if (e.optic > kOpticOff) m_.optic_most = std::cos((e.optic - kOpticOff) * kDegree);
     for (const Mark& mark : e.marks) m_.marks.push_back(place(mark));
-    for (const Phase& p : e.phases) m_.phases.push_back(add(p.end));
+    for (const Phase& p : e.phases) {
+      m_.starts.push_back(p.start ? add(*p.start) : Range{});
+      m_.phases.push_back(add(p.end));
+    }
     for (const Gate& g : e.gates) m_.gates.push_back(add(g.condition));
     for (const Error& x : e.errors) m_.errors.push_back(add(x.when));
     for (const Item& item : e.items) {
@@ -41,6 +44,12 @@ class Builder {
       m_.knots = m_.knots || n.metric == Metric::KnotDeterminant || n.metric == Metric::KnotOff ||
                  n.metric == Metric::Tail;
       m_.tension = m_.tension || n.metric == Metric::ThreadTension || n.metric == Metric::ThreadTensionPeak;
+      const std::uint8_t needs = infoOf(n.metric).needs;
+      if ((needs & kFigure) == 0) continue;
+      if ((needs & kTool) != 0)
+        m_.logged[n.tool] = true;
+      else
+        m_.logged[0] = m_.logged[1] = true;
     }
   }
 
@@ -108,7 +117,7 @@ class Builder {
     b.metric = n.metric;
     b.tool = n.tool < 0 ? 0 : static_cast<std::size_t>(n.tool);
     const MetricInfo& info = infoOf(n.metric);
-    if ((info.needs & kTool) && n.metric != Metric::Distance && b.tool >= kHands)
+    if ((info.needs & (kTool | kFigure)) == kTool && n.metric != Metric::Distance && b.tool >= kHands)
       refuse(std::string(info.name) + " is not known of the endoscope");
     if (info.needs & kObject) b.objects = objects(n.object, n.role);
     for (const std::string& name : n.marks) {
@@ -194,6 +203,7 @@ class Builder {
 bool judge(const Engine::Model& m, Engine::State& s, const Range& range, double since,
            const scene::World& world, const scene::StepInput& input, const scene::StepReport& report) {
   using Kind = Condition::Kind;
+  if (range.begin == range.end) return true;
   for (std::size_t i = range.begin; i < range.end; ++i) {
     const Node& n = m.nodes[i];
     NodeState& state = s.nodes[i];
@@ -248,19 +258,46 @@ void note(Engine::State& s, Moment::Kind kind, std::uint64_t step, std::size_t i
   if (s.moments.size() < kMostMoments) s.moments.push_back({kind, step, index});
 }
 
-/// A phase begins, and with it those optional ones behind which it waits.
-void beginPhase(const Engine::Model& m, Engine::State& s, std::uint64_t step, const scene::World& world,
+void renew(Engine::State& s, const Range& range) {
+  for (std::size_t i = range.begin; i < range.end; ++i) s.nodes[i] = NodeState{};
+}
+
+/// A phase begins; with the first one the clock does.
+void beginPhase(const Engine::Model& m, Engine::State& s, std::size_t p, const scene::World& world,
                 const scene::StepInput& input) {
-  s.clock.phase_time = s.clock.time;
+  if (s.clock.begun == 0) s.clock.begun = world.steps(), s.clock.time = 0;
+  s.phases[p].begun = world.steps(), s.phases[p].since = s.clock.time;
+  s.clock.hinted = 0;
+  renew(s, m.phases[p]);
+  for (std::size_t i = 0; i < m.items.size(); ++i)
+    if (m.phase_of_item[i] == p) s.items[i].begin = valueOf(m, s, m.items[i], world, input);
+  note(s, Moment::Kind::PhaseBegun, world.steps(), p);
+}
+
+/// It is the turn of a phase, and of those optional ones behind which it waits. What has no start of its own
+/// begins; what has one waits for it, unless it does so already or began.
+void nextPhases(const Engine::Model& m, Engine::State& s, const scene::World& world,
+                const scene::StepInput& input) {
   s.clock.hinted = 0;
   for (std::size_t p = s.clock.phase; p < m.phases.size(); ++p) {
-    for (std::size_t i = m.phases[p].begin; i < m.phases[p].end; ++i) s.nodes[i] = NodeState{};
-    s.phases[p].begun = step;
-    for (std::size_t i = 0; i < m.items.size(); ++i)
-      if (m.phase_of_item[i] == p) s.items[i].begin = valueOf(m, s, m.items[i], world, input);
-    note(s, Moment::Kind::PhaseBegun, step, p);
+    PhaseState& phase = s.phases[p];
+    if (!m.exercise.phases[p].start) {
+      beginPhase(m, s, p, world, input);
+    } else if (phase.due == 0) {
+      phase.due = world.steps(), phase.since = s.clock.time;
+      renew(s, m.starts[p]);
+    }
     if (m.exercise.phases[p].required) break;
   }
+}
+
+/// The phase that is told of: what has begun before what waits, else the first that is due.
+std::size_t toldPhase(const Engine::Model& m, const Engine::State& s) {
+  for (std::size_t p = s.clock.phase; p < m.phases.size(); ++p) {
+    if (s.phases[p].begun != 0) return p;
+    if (m.exercise.phases[p].required) break;
+  }
+  return s.clock.phase;
 }
 
 std::uint64_t mixed(std::uint64_t hash, double value) {
@@ -283,6 +320,10 @@ Engine::Engine(const Exercise& exercise, const scene::World& world, const simula
   for (std::size_t i = 0; i < world.objectCount(); ++i)
     most = std::max(most, world.knotCount(i) + world.knotCount(i) / 4 + 256);
   scratch_->damage.resize(most);
+  // Its clock may begin as late as it may end.
+  const bool logs = std::any_of(model_->logged.begin(), model_->logged.end(), [](bool b) { return b; });
+  const double rows = 2 * exercise.limit / (world.description().dt * static_cast<double>(kMotionEvery)) + 2;
+  state_->log = MotionLog(model_->logged, logs ? static_cast<std::size_t>(rows) : 0);
   reset();
 }
 Engine::~Engine() = default;
@@ -302,6 +343,7 @@ void Engine::reset() {
   s.objects.assign(model_->scene_objects, {});
   s.moments.clear();
   s.moments.reserve(kMostMoments);
+  s.log.clear();
 }
 
 void Engine::step(const scene::World& world, const scene::StepInput& input, const scene::StepReport& report) {
@@ -314,10 +356,11 @@ void Engine::step(const scene::World& world, const scene::StepInput& input, cons
     c.lost_at_start = m.blood ? m.blood->circulation().lost : 0.0;
     c.sucked_at_start = m.field ? m.field->fluid().sucked : 0.0;
     if (step > 1) c.flags |= kRestored;
-    beginPhase(m, s, step, world, input);
+    nextPhases(m, s, world, input);
   }
   ++c.steps;
-  c.time += input.dt;
+  c.time += input.dt, c.lived += input.dt;
+  if (c.steps % kMotionEvery == 0) s.log.add(c.lived, step, input);
   if (!input.edits.empty() || !input.requests.empty()) c.flags |= kAssisted;
   if (report.status == scene::Status::Fault) c.flags |= kFault;
   for (const scene::ToolInput& t : input.tools) {
@@ -359,22 +402,29 @@ void Engine::step(const scene::World& world, const scene::StepInput& input, cons
     s.error_was[i] = holds;
   }
   for (std::size_t p = c.phase; p < m.phases.size(); ++p) {
-    if (judge(m, s, m.phases[p], c.time - c.phase_time, world, input, report)) {
+    const double since = c.time - s.phases[p].since;
+    if (s.phases[p].begun == 0) {
+      if (judge(m, s, m.starts[p], since, world, input, report)) beginPhase(m, s, p, world, input);
+    } else if (judge(m, s, m.phases[p], since, world, input, report)) {
       s.phases[p].ended = step;
       for (std::size_t i = 0; i < m.items.size(); ++i)
         if (m.phase_of_item[i] == p) s.items[i].end = valueOf(m, s, m.items[i], world, input);
       note(s, Moment::Kind::PhaseEnded, step, p);
-      c.phase = p + 1;
-      if (c.phase < m.phases.size()) beginPhase(m, s, step, world, input);
+      c.phase = p + 1, c.hinted = 0;
+      // Beside one that came in between, the next one goes on.
+      const Phase& ended = m.exercise.phases[p];
+      if (c.phase < m.phases.size() && (ended.required || !ended.start)) nextPhases(m, s, world, input);
       break;
     }
     if (m.exercise.phases[p].required) break;
   }
   if (c.phase < m.phases.size()) {
-    const Phase& phase = m.exercise.phases[c.phase];
-    if (c.hinted == 0 && !phase.hint.empty() && c.time - c.phase_time >= phase.hint_after) {
+    const std::size_t told = toldPhase(m, s);
+    const Phase& phase = m.exercise.phases[told];
+    const PhaseState& now = s.phases[told];
+    if (c.hinted == 0 && !phase.hint.empty() && now.begun != 0 && c.time - now.since >= phase.hint_after) {
       c.hinted = 1;
-      note(s, Moment::Kind::Hint, step, c.phase);
+      note(s, Moment::Kind::Hint, step, told);
     }
   }
   for (std::size_t i = 0; i < m.items.size(); ++i) {
@@ -403,6 +453,7 @@ void Engine::save(std::vector<std::uint8_t>& bytes) const {
   bytes.insert(bytes.end(), from, from + sizeof moments);
   from = reinterpret_cast<const std::uint8_t*>(state_->moments.data());
   bytes.insert(bytes.end(), from, from + moments * sizeof(Moment));
+  state_->log.save(bytes);
 }
 
 bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
@@ -417,11 +468,12 @@ bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
   State::walk(s, take);
   std::uint64_t moments = 0;
   take(&moments, sizeof moments);
-  good = good && moments <= kMostMoments && count == moments * sizeof(Moment) &&
+  good = good && moments <= kMostMoments && count >= moments * sizeof(Moment) &&
          s.clock.phase <= model_->phases.size();
   if (!good) return false;
   s.moments.resize(moments);
   take(s.moments.data(), moments * sizeof(Moment));
+  good = s.log.restore(bytes, bytes + count) == bytes + count;
   for (const Moment& moment : s.moments)
     good = good && moment.kind <= Moment::Kind::Finished && moment.index < 1000;
   for (const ToolState& t : s.tools) good = good && t.at < kMostWindow;
@@ -437,60 +489,6 @@ bool Engine::restore(const std::uint8_t* bytes, std::size_t count) {
 void Engine::goOn() {
   state_->clock.flags = flags_restored_;
 }
-
-namespace {
-
-Result resultOf(const Engine::Model& m, const Engine::State& s) {
-  const Exercise& e = m.exercise;
-  Result r;
-  r.exercise = e.name, r.hash = e.hash;
-  r.time = s.clock.time;
-  r.finished = s.clock.finished != 0;
-  r.flags = s.clock.flags;
-  r.input_hash = s.clock.input_hash;
-  r.moments = s.moments;
-  bool missing = false;
-  for (std::size_t i = 0; i < e.phases.size(); ++i) {
-    if (!e.phases[i].required || s.phases[i].ended != 0) continue;
-    missing = true;
-    r.failed_by.push_back(e.phases[i].name);
-  }
-  for (std::size_t i = 0; i < e.gates.size(); ++i) {
-    const bool broken = e.gates[i].never ? s.gates[i] != 0 : s.nodes[m.gates[i].end - 1].value == 0;
-    if (broken) r.failed_by.push_back(e.gates[i].name);
-  }
-  for (const ToolState& t : s.tools) {
-    if (t.wrong == 0) continue;
-    r.failed_by.emplace_back("tools");
-    break;
-  }
-  if (s.clock.wrong_optic != 0) r.failed_by.emplace_back("optic");
-  r.errors = s.errors;
-  for (std::size_t i = 0; i < e.errors.size(); ++i)
-    r.error_points += e.errors[i].points * static_cast<double>(s.errors[i]);
-  double weights = 0;
-  for (std::size_t i = 0; i < e.items.size(); ++i) {
-    const Item& item = e.items[i];
-    Result::ItemScore score;
-    score.value = s.results[i];
-    // 100 where it is proficient, 50 where it just passes, linear through both.
-    const double part = (score.value - item.pass) / (item.proficient - item.pass);
-    score.points = missing ? 0.0 : std::clamp(50.0 + 50.0 * part, 0.0, 100.0);
-    score.passed = part >= 0;
-    if (!score.passed) r.failed_by.push_back(item.name);
-    r.quality += item.weight * score.points;
-    weights += item.weight;
-    r.items.push_back(score);
-  }
-  r.quality = weights > 0 ? r.quality / weights : 0.0;
-  const double raw = std::max(0.0, e.limit - r.time - r.error_points);
-  if (!missing) r.total = std::min(100.0, 100.0 * raw / (e.limit - e.proficient));
-  if (!missing && r.time < e.least) r.flags |= kImplausible;
-  r.passed = r.finished && r.failed_by.empty() && (r.flags & (kImplausible | kFault)) == 0;
-  return r;
-}
-
-}  // namespace
 
 Result Engine::result() const {
   return resultOf(*model_, *state_);
@@ -546,10 +544,12 @@ Standing Progress::standing() const {
   Standing now;
   for (std::size_t i = 0; i < kHands; ++i) now.force[i] = s.tools[i].force;
   if (s.clock.finished != 0 || s.clock.phase >= phases.size()) return now;
-  const Phase& phase = phases[s.clock.phase];
-  now.phase = phase.name, now.number = s.clock.phase + 1;
+  const std::size_t told = toldPhase(*impl_->model, s);
+  const Phase& phase = phases[told];
+  now.phase = phase.name, now.number = told + 1;
   now.hint = s.clock.hinted != 0;
-  now.instruction = now.hint ? phase.hint : phase.instruction;
+  const bool waits = s.phases[told].begun == 0 && !phase.wait.empty();
+  now.instruction = now.hint ? phase.hint : waits ? phase.wait : phase.instruction;
   return now;
 }
 const Exercise& Progress::exercise() const {

@@ -5,14 +5,16 @@
 #include <vector>
 
 #include "vest_bringup/exercise/engine.h"
+#include "vest_bringup/exercise/motion_log.h"
 #include "vest_tissue/scene/loose.h"
 #include "vest_tissue/scene/stitches.h"
 #include "vest_tissue/scene/world_state.h"
 
 namespace vest::exercise {
 
-constexpr std::size_t kHands = 3;           ///< left, right, third
-constexpr std::uint64_t kMotionEvery = 20;  ///< steps: motion by chords of 20 ms, whatever the box's rate
+constexpr std::size_t kHands = 3;  ///< left, right, third
+constexpr std::uint64_t kMotionEvery =
+    MotionLog::kEvery;                      ///< steps: by chords of 20 ms, whatever the box's rate
 constexpr std::uint64_t kFieldsEvery = 20;  ///< steps: damage and pools
 constexpr std::uint64_t kPartsEvery = 200;  ///< steps: what is cut free, and where it is; knots
 constexpr std::size_t kMostWindow = 64;     ///< steps of the force window
@@ -69,13 +71,14 @@ struct Engine::Model {
   std::vector<BuiltMark> marks;
   std::vector<BuiltNumber> numbers;
   std::vector<Node> nodes;
-  std::vector<Range> phases, gates, errors;
-  std::vector<std::size_t> items;  ///< number of each
+  std::vector<Range> starts, phases, gates, errors;  ///< starts: empty where a phase has none
+  std::vector<std::size_t> items;                    ///< number of each
   std::vector<std::size_t> phase_of_item;
   std::size_t window = 20;                  ///< steps
   double optic_least = -1, optic_most = 2;  ///< cosines of the optic's angle
   std::size_t scene_objects = 0;
   bool pools = false, knots = false, tension = false;
+  MotionLog::Tools logged{};  ///< whose figures of motion are asked for
 };
 
 // Members of 8 bytes alone: no padding, the bytes are saved and hashed.
@@ -84,7 +87,8 @@ struct NodeState {
   std::uint64_t latched = 0, value = 0;
 };
 struct PhaseState {
-  std::uint64_t begun = 0, ended = 0;  ///< steps; 0: not yet
+  std::uint64_t due = 0, begun = 0, ended = 0;  ///< steps; 0: not yet. due: it waits for its start
+  double since = 0;                             ///< s: when it became due, then when it began
 };
 struct ToolState {
   std::uint64_t seen = 0, at = 0, touches = 0, touching = 0, moves = 0, wrong = 0;
@@ -108,10 +112,15 @@ struct ThreadsState {
   std::array<double, kMostWindow> window{};
 };
 struct Clock {
-  std::uint64_t steps = 0, phase = 0, hinted = 0, finished = 0, flags = 0, wrong_optic = 0,
+  std::uint64_t steps = 0, begun = 0, phase = 0, hinted = 0, finished = 0, flags = 0, wrong_optic = 0,
                 input_hash = 14695981039346656037ULL;
-  double time = 0, phase_time = 0, lost_at_start = 0, both_move = 0, pool = 0, sucked_at_start = 0;
+  /// s. `time` begins anew with the first phase; `lived` does not.
+  double time = 0, lived = 0, lost_at_start = 0, both_move = 0, pool = 0, sucked_at_start = 0;
 };
+/// s since the first phase began.
+inline double sinceBegin(const Clock& clock) {
+  return clock.begun != 0 ? clock.time : 0.0;
+}
 
 struct Engine::State {
   Clock clock;
@@ -127,6 +136,7 @@ struct Engine::State {
   ThreadsState threads;
   std::vector<ObjectState> objects;
   std::vector<Moment> moments;
+  MotionLog log;
 
   template <class Self, class Archive>
   static void walk(Self& s, Archive&& archive) {
@@ -152,5 +162,7 @@ void measure(const Engine::Model& m, const scene::World& world, const scene::Ste
              const scene::StepReport& report, Engine::State& s, Engine::Scratch& scratch);
 double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t number, const scene::World& world,
                const scene::StepInput& input);
+/// What it came to, or stands at; figures of motion when it is finished. Allocates: no part of a step.
+Result resultOf(const Engine::Model& m, const Engine::State& s);
 
 }  // namespace vest::exercise

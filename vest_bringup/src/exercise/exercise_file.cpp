@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include <xxhash.h>
 
@@ -150,6 +151,14 @@ class Reader {
     if (!object.empty()) map["role"].fail("is there beside object: give one of them");
   }
 
+  /// What has to hold for a time, or at one: a figure that is known at the end alone is none of it.
+  Condition inTime(const Value& value, int depth) {
+    const bool before = std::exchange(at_end_, false);
+    Condition c = condition(value, depth);
+    at_end_ = before;
+    return c;
+  }
+
   Condition condition(const Value& value, int depth = 0) {
     if (depth > kMostDepth) value.fail("conditions stand at most " + std::to_string(kMostDepth) + " deep");
     if (++conditions_ > kMostConditions) value.fail("an exercise has at most 500 conditions");
@@ -177,6 +186,8 @@ class Reader {
     } else if (map.has("of")) {
       c.kind = Kind::Number;
       c.number = number(map);
+      if ((infoOf(c.number.metric).needs & kFigure) && !at_end_)
+        map["of"].fail("is known at the end alone: it may stand in items, and in what a gate needs");
       if (map.has("above")) c.low = map["above"].number(-1e9, 1e9);
       // Nothing lies between ends that are exchanged: an error or a gate of it would never be seen.
       if (map.has("below")) c.high = map["below"].number(std::max(c.low, -1e9), 1e9);
@@ -189,16 +200,17 @@ class Reader {
       c.kind = Kind::Not;
       c.children.push_back(condition(map["not"], depth + 1));
     } else if (map.has("before")) {
-      c.kind = Kind::Before, children("before");
+      c.kind = Kind::Before;
+      for (const Value& v : list(map["before"])) c.children.push_back(inTime(v, depth + 1));
       if (c.children.size() != 2) map["before"].fail("must be [first, second]");
     } else if (map.has("for_s")) {
       c.kind = Kind::For;
       c.seconds = map["for_s"].number(0, 7200);
-      c.children.push_back(condition(map["that"], depth + 1));
+      c.children.push_back(inTime(map["that"], depth + 1));
     } else if (map.has("within_s")) {
       c.kind = Kind::Within;
       c.seconds = map["within_s"].number(0, 7200);
-      c.children.push_back(condition(map["that"], depth + 1));
+      c.children.push_back(inTime(map["that"], depth + 1));
     } else {
       value.fail("must have one of event, of, any, all, not, before, for_s, within_s");
     }
@@ -211,6 +223,10 @@ class Reader {
     Phase p;
     p.name = fresh(map["name"]);
     p.instruction = text(map["instruction"]);
+    if (map.has("start")) {
+      p.start = condition(map["start"]);
+      if (map.has("wait")) p.wait = text(map["wait"]);
+    }
     p.end = condition(map["end"]);
     if (map.has("hint")) {
       p.hint = text(map["hint"]);
@@ -228,7 +244,9 @@ class Reader {
     g.name = fresh(map["name"]);
     g.text = text(map["text"]);
     g.never = map.has("never");
+    at_end_ = !g.never;
     g.condition = condition(map[g.never ? "never" : "need"]);
+    at_end_ = false;
     map.finish();
     return g;
   }
@@ -296,6 +314,7 @@ class Reader {
   Value root_;
   std::set<std::string> names_, marks_, phases_;
   int conditions_ = 0;
+  bool at_end_ = false;  ///< what is read now is judged at the end
 };
 
 }  // namespace

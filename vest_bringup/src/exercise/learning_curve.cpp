@@ -109,9 +109,10 @@ std::vector<Figure> figuresOf(const Attempt& a) {
   figures = {{"total", a.total, true}, {"quality", a.quality, true}, {"time_s", a.time, false}};
   for (const auto& item : *items) {
     if (!item.is_object() || !item.contains("name") || !item["name"].is_string() || !item.contains("value") ||
-        !item["value"].is_number())
+        !(item["value"].is_number() || item["value"].is_null()))
       continue;
-    figures.push_back({item["name"], item["value"], item.contains("better") && item["better"] == "higher"});
+    const double value = item["value"].is_number() ? item["value"].get<double>() : std::nan("");
+    figures.push_back({item["name"], value, item.contains("better") && item["better"] == "higher"});
   }
   return figures;
 }
@@ -126,6 +127,8 @@ Reference referenceOf(const std::string& exercise, const std::vector<Attempt>& a
   for (const Attempt& a : attempts)
     if (a.flags.empty() && a.exercise_hash == newest->exercise_hash) {
       auto figures = figuresOf(a);
+      if (std::any_of(figures.begin(), figures.end(), [](const Figure& f) { return std::isnan(f.value); }))
+        continue;
       if (!figures.empty() && (all.empty() || figures.size() == all.front().size()))
         all.push_back(std::move(figures));
     }
@@ -192,7 +195,7 @@ std::vector<ZScore> zScores(const Reference& reference, const Attempt& attempt) 
   if (attempt.exercise != reference.exercise || attempt.exercise_hash != reference.hash) return z;
   for (const Figure& f : figuresOf(attempt))
     for (const auto& of : reference.figures)
-      if (of.name == f.name && of.deviation > 0)
+      if (of.name == f.name && of.deviation > 0 && !std::isnan(f.value))
         z.push_back({f.name, (f.higher_is_better ? 1 : -1) * (f.value - of.mean) / of.deviation});
   return z;
 }

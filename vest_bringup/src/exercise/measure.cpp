@@ -332,7 +332,7 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
   };
   switch (n.metric) {
     case Metric::Time:
-      return c.time;
+      return sinceBegin(c);
     case Metric::BloodLost:
       return m.blood ? 1e6 * (m.blood->circulation().lost - c.lost_at_start) : 0.0;
     case Metric::Leak: {
@@ -437,6 +437,20 @@ double valueOf(const Engine::Model& m, const Engine::State& s, std::size_t numbe
       return overObjects([](const ObjectState& o) { return o.clips; }, false);
     case Metric::ClipTilt:
       return overObjects([](const ObjectState& o) { return o.clip_tilt; }, true);
+    case Metric::FilteredPath:
+    case Metric::AngularPath:
+    case Metric::DepthPath:
+    case Metric::DepthTurns:
+    case Metric::Economy:
+    case Metric::MeanSpeed:
+    case Metric::PeakSpeed:
+    case Metric::Rest:
+    case Metric::RmsJerk:
+    case Metric::Sparc:
+    case Metric::Ldlj:
+    case Metric::Bimanual:
+    case Metric::PathRatio:
+      break;  // known at the end alone (result.cpp)
   }
   return 0;
 }

@@ -207,19 +207,7 @@ constexpr const char* kStyle =
 
 void Trace::add(const scene::StepInput& input, const scene::StepReport& report) {
   time_ += input.dt;
-  if (chord_ < 0 || time_ - chord_ > kChord - 1e-6) {
-    chord_ = time_;
-    const auto place = [this](session::MotionTable& table, const scene::ToolInput& tool, std::size_t as) {
-      if (table.tools.size() <= as) table.tools.resize(as + 1);
-      if (as == 0) table.time.push_back(time_);
-      table.tools[as].position.push_back(tool.position);
-      table.tools[as].orientation.push_back(tool.orientation);
-    };
-    for (std::size_t i = 0; i < hands_.size(); ++i)
-      if (input.tools[i].present) place(hands_[i], input.tools[i], 0);
-    for (std::size_t i = 0; i < 2 && input.tools[0].present && input.tools[1].present; ++i)
-      place(both_, input.tools[i], i);
-  }
+  if (++steps_ % MotionLog::kEvery == 0) log_.add(time_, steps_, input);
   for (std::size_t i = 0; i < next_.tools.size(); ++i) {
     Row::Tool& tool = next_.tools[i];
     tool.present = input.tools[i].present;
@@ -237,30 +225,9 @@ void Trace::add(const scene::StepInput& input, const scene::StepReport& report) 
 }
 
 session::motion::Figures Trace::motion(const std::vector<Moment>& moments) const {
-  session::motion::Figures out;
-  if (both_.time.size() > 1) out = session::motion::figuresOf(both_);
-  out.tools.clear(), out.duration = time_, out.path = 0;
-  for (std::size_t i = 0; i < hands_.size(); ++i) {
-    const session::MotionTable& hand = hands_[i];
-    if (hand.time.size() < 2) continue;
-    out.tools.push_back(session::motion::figuresOf(hand).tools.front());
-    session::motion::ToolFigures& f = out.tools.back();
-    f.name = kTools[i];
-    out.path += f.path;
-    const std::vector<Eigen::Vector3d>& tip = hand.tools.front().position;
-    double straight = 0;
-    std::size_t from = 0, goals = 0;
-    for (const Moment& m : moments) {
-      if (m.kind != Moment::Kind::PhaseEnded) continue;
-      const auto after =
-          std::upper_bound(hand.time.begin(), hand.time.end(), 1e-3 * static_cast<double>(m.step) + kChord);
-      const auto goal = std::max<std::size_t>(1, static_cast<std::size_t>(after - hand.time.begin())) - 1;
-      straight += (tip[goal] - tip[from]).norm();
-      from = goal, ++goals;
-    }
-    if (goals > 0 && f.path > 0) f.economy = std::min(1.0, straight / f.path);
-  }
-  return out;
+  const auto begun = std::find_if(moments.begin(), moments.end(),
+                                  [](const Moment& m) { return m.kind == Moment::Kind::PhaseBegun; });
+  return log_.figures(moments, begun != moments.end() ? static_cast<double>(begun->step) : 0.0);
 }
 
 std::string Trace::toCsv() const {
@@ -307,15 +274,13 @@ std::string toHtml(const Report& report) {
   h += "</tr>\n";
   for (std::size_t i = 0; i < r.items.size(); ++i) {
     const MetricInfo& info = infoOf(e.items[i].number.metric);
-    const std::string word(info.name),
-        unit = word.substr(word.rfind('_') == std::string::npos ? word.size() : word.rfind('_') + 1);
     std::string name = e.items[i].name;
     std::replace(name.begin(), name.end(), '_', ' ');
     h += "<tr><td>" + escaped(name) + "</td><td class=\"small\">" + escaped(std::string(info.meaning)) +
          "</td><td class=\"n " + (r.items[i].passed ? "good" : "bad") + "\">" + readable(r.items[i].value) +
-         " " + escaped(unit) + "</td><td class=\"n\">" + readable(e.items[i].pass) + "</td><td class=\"n\">" +
-         readable(e.items[i].proficient) + "</td><td class=\"n\">" + number("%.0f", r.items[i].points) +
-         "</td>";
+         " " + escaped(unitOf(info)) + "</td><td class=\"n\">" + readable(e.items[i].pass) +
+         "</td><td class=\"n\">" + readable(e.items[i].proficient) + "</td><td class=\"n\">" +
+         number("%.0f", r.items[i].points) + "</td>";
     for (const ZScore& z : report.learning.z)
       if (z.name == e.items[i].name) h += "<td class=\"n\">" + number("%+.1f", z.z) + "</td>";
     h += "</tr>\n";

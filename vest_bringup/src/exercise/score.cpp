@@ -33,6 +33,17 @@ std::string readable(double value) {
   return text;
 }
 
+std::string unitOf(const MetricInfo& info) {
+  const std::string word(info.name);
+  for (const auto& [end, unit] :
+       {std::pair("_ml_s", "ml/s"), std::pair("_mm_s", "mm/s"), std::pair("_m_s3", "m/s³")})
+    if (word.size() > std::string_view(end).size() &&
+        word.compare(word.size() - std::string_view(end).size(), std::string::npos, end) == 0)
+      return unit;
+  const std::size_t at = word.rfind('_');
+  return at == std::string::npos ? "" : word.substr(at + 1);
+}
+
 std::vector<std::string> flagWords(std::uint64_t flags) {
   std::vector<std::string> words;
   if (flags & kAssisted) words.emplace_back("assisted");

@@ -39,7 +39,10 @@ void gather(const exercise::Condition& c, std::vector<std::pair<std::string, std
 
 std::vector<std::size_t> objectsOf(const exercise::Exercise& e, const scene::Description& scene) {
   std::vector<std::pair<std::string, std::string>> named;
-  for (const auto& phase : e.phases) gather(phase.end, named);
+  for (const auto& phase : e.phases) {
+    gather(phase.end, named);
+    if (phase.start) gather(*phase.start, named);
+  }
   for (const auto& gate : e.gates) gather(gate.condition, named);
   for (const auto& error : e.errors) gather(error.when, named);
   for (const auto& item : e.items) named.emplace_back(item.number.object, item.number.role);

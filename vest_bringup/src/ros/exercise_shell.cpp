@@ -31,8 +31,7 @@ void toMsg(const exercise::Exercise& e, const exercise::Result& r, const exercis
     vest_msgs::ScoreItem item;
     item.name = e.items[i].name;
     item.value = r.items[i].value;
-    const std::size_t unit = info.name.rfind('_');
-    item.unit = unit == std::string_view::npos ? "" : std::string(info.name.substr(unit + 1));
+    item.unit = exercise::unitOf(info);
     item.points = r.items[i].points;
     item.weight = e.items[i].weight;
     item.explanation = std::string(info.meaning);

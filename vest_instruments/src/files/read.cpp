@@ -43,6 +43,20 @@ bool harmless(std::uint32_t code) {
          !(code >= 0x2028 && code <= 0x202e) && !(code >= 0x2060 && code <= 0x206f) && code != 0xfeff;
 }
 
+constexpr std::uint32_t kJoiner = 0x200d, kAsPicture = 0xfe0f;
+
+/// Blocks that pictographs of emoji sequences are from (Unicode's emoji-zwj-sequences.txt).
+bool pictograph(std::uint32_t code) {
+  return (code >= 0x1f000 && code <= 0x1faff) || (code >= 0x2600 && code <= 0x27bf) ||
+         (code >= 0x2190 && code <= 0x21ff) || (code >= 0x2b00 && code <= 0x2bff);
+}
+
+/// A joiner that makes one emoji of two, as in a family (UTS #51, ED-16). Elsewhere it cannot be seen.
+bool joins(const std::string& text, std::size_t after, std::uint32_t before) {
+  std::uint32_t next = 0;
+  return pictograph(before) && character(text, after, next) > 0 && pictograph(next);
+}
+
 struct Descriptor {
   int fd;
   ~Descriptor() {
@@ -91,11 +105,14 @@ std::string read(const std::string& path, std::size_t most) {
 std::string shown(const std::string& text, std::size_t most) {
   std::string out;
   std::size_t count = 0;
+  std::uint32_t before = 0;
   for (std::size_t at = 0; at < text.size();) {
     if (count++ == most) return out + "...";
     std::uint32_t code = 0;
     const std::size_t size = character(text, at, code);
-    if (size > 0 && harmless(code)) {
+    const bool kept = size > 0 && (harmless(code) || (code == kJoiner && joins(text, at + size, before)));
+    if (code != kAsPicture) before = code;
+    if (kept) {
       out.append(text, at, size);
       at += size;
       continue;

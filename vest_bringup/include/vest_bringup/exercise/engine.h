@@ -40,12 +40,12 @@ inline constexpr std::size_t kMostMoments = 256;
 /// What the exercise came to, or stands at.
 struct Result {
   struct ItemScore {
-    double value = 0;   ///< unit of the metric
+    double value = 0;   ///< unit of the metric; NaN: not known, which passes nothing
     double points = 0;  ///< 0 … 100
     bool passed = false;
   };
   std::string exercise, hash;
-  double time = 0;          ///< s, since the first phase began
+  double time = 0;          ///< s, since the first phase began; 0: it has not
   double error_points = 0;  ///< s
   /// FLS-like: 100 raw / (limit − proficient) with raw = limit − time − errors, at least 0, at most 100; 0
   /// where a required phase is missing.
@@ -115,9 +115,10 @@ class Engine {
 
 /// What a person is told while it runs.
 struct Standing {
-  std::string phase;        ///< its name; empty at the end
-  std::size_t number = 0;   ///< of the phase, from 1
-  std::string instruction;  ///< of the phase, or its hint once that is due; empty at the end
+  std::string phase;       ///< its name; empty at the end
+  std::size_t number = 0;  ///< of the phase, from 1
+  std::string
+      instruction;  ///< of the phase, its hint once that is due, what is said until it starts; or empty
   bool hint = false;
   std::array<double, 3> force{};  ///< N, on left, right, third: mean of 20 ms
 };

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,10 +70,24 @@ enum class Metric : std::uint8_t {
   Arrested,
   GasPressure,
   Fog,
+  FilteredPath,
+  AngularPath,
+  DepthPath,
+  DepthTurns,
+  Economy,
+  MeanSpeed,
+  PeakSpeed,
+  Rest,
+  RmsJerk,
+  Sparc,
+  Ldlj,
+  Bimanual,
+  PathRatio,
 };
 
-/// What a number is a number of, beside its word.
-enum Needs : std::uint8_t { kNothing = 0, kTool = 1, kObject = 2, kMark = 4 };
+/// What a number is a number of, beside its word. kFigure: a figure of motion as vest_metrics has it
+/// (session/motion_metrics.h). It is known at the end alone, of the endoscope, too.
+enum Needs : std::uint8_t { kNothing = 0, kTool = 1, kObject = 2, kMark = 4, kFigure = 8 };
 
 struct MetricInfo {
   Metric metric;
@@ -92,7 +107,7 @@ inline constexpr double kDegree = 0.017453292519943295;  ///< rad
 inline constexpr double kOpticOff = 0.5;  ///< degrees that the endoscope's optic may be off the exercise's
 inline constexpr double kSealedDamage = 0.632;  ///< denatured share at which tissue is sealed: omega = 1
 
-inline constexpr std::array<MetricInfo, 52> kMetrics{{
+inline constexpr std::array<MetricInfo, 65> kMetrics{{
     {Metric::Time, "time_s", kNothing, true, "time since the first phase began"},
     {Metric::BloodLost, "blood_lost_ml", kNothing, true, "blood that left the vessels and surfaces"},
     {Metric::Leak, "leak_ml_s", kNothing, false, "blood that leaves the vessels now"},
@@ -162,8 +177,31 @@ inline constexpr std::array<MetricInfo, 52> kMetrics{{
     {Metric::Arrested, "arrested", kNothing, false, "1 when the heart has stopped"},
     {Metric::GasPressure, "gas_pressure_mmHg", kNothing, false, "pressure of the pneumoperitoneum"},
     {Metric::Fog, "fog_percent", kNothing, false, "how much of the sight condensate on the lens takes"},
+    {Metric::FilteredPath, "filtered_path_mm", kTool | kFigure, true, "way of the tip without tremor"},
+    {Metric::AngularPath, "angular_path_deg", kTool | kFigure, true, "angle that the tool turned through"},
+    {Metric::DepthPath, "depth_path_mm", kTool | kFigure, true, "way along the tool's axis, in and out"},
+    {Metric::DepthTurns, "depth_turns", kTool | kFigure, true,
+     "times that the tool turned back along its axis, after more than 5 mm and by more than 5 mm"},
+    {Metric::Economy, "economy_percent", kTool | kFigure, true,
+     "straight way of the tip through the places where phases ended, over its path"},
+    {Metric::MeanSpeed, "mean_speed_mm_s", kTool | kFigure, true, "path of the tip over the time"},
+    {Metric::PeakSpeed, "peak_speed_mm_s", kTool | kFigure, true, "greatest speed of the tip without tremor"},
+    {Metric::Rest, "rest_percent", kTool | kFigure, true,
+     "part of the time with the tip slower than 5 mm/s, without tremor"},
+    {Metric::RmsJerk, "rms_jerk_m_s3", kTool | kFigure, true,
+     "root mean square of the tip's jerk, without tremor"},
+    {Metric::Sparc, "sparc", kTool | kFigure, true,
+     "smoothness by the spectrum of the speed (SPARC): nearer to zero is smoother"},
+    {Metric::Ldlj, "ldlj", kTool | kFigure, true,
+     "smoothness by the jerk (log dimensionless jerk): nearer to zero is smoother"},
+    {Metric::Bimanual, "bimanual_percent", kFigure, true,
+     "time in which both hands move over the time in which one does"},
+    {Metric::PathRatio, "path_ratio_percent", kFigure, true,
+     "the shorter path of both hands over the longer"},
 }};
 const MetricInfo& infoOf(Metric metric);
+/// "mm/s" of "peak_speed_mm_s"; empty where it has none.
+std::string unitOf(const MetricInfo& info);
 
 /// A place that tools, clips and cuts are measured against.
 struct Mark {
@@ -182,7 +220,8 @@ struct Number {
   std::vector<std::string> marks;
 };
 
-/// Tree of conditions, judged after each step since its phase began (of gates and errors: since the start).
+/// Tree of conditions, judged after each step since its phase began (of gates and errors: since the start; of
+/// a phase's start: since the one before it ended).
 struct Condition {
   enum class Kind : std::uint8_t {
     Event,   ///< at least `count` such events happened
@@ -208,6 +247,8 @@ struct Condition {
 
 struct Phase {
   std::string name, instruction, hint;
+  std::optional<Condition> start;  ///< without: it starts when the one before it ended
+  std::string wait;                ///< what is said until it starts; empty: the instruction
   Condition end;
   double hint_after = 0;  ///< s
   bool required = true;

@@ -36,7 +36,7 @@ Cusum cusumOf(const std::vector<bool>& passed);
 /// A number of a result that groups are compared by: total, quality, time_s, and each item by its name.
 struct Figure {
   std::string name;
-  double value = 0;
+  double value = 0;  ///< NaN: not known
   bool higher_is_better = false;
 };
 /// @return nothing of an attempt whose JSON is none

@@ -5,7 +5,7 @@
 
 #include "vest_bringup/exercise/engine.h"
 #include "vest_bringup/exercise/learning_curve.h"
-#include "vest_bringup/session/motion_metrics.h"
+#include "vest_bringup/exercise/motion_log.h"
 
 namespace vest::exercise {
 
@@ -21,22 +21,18 @@ class Trace {
     };
     std::array<Tool, 3> tools;
   };
-  /// After each step.
+  /// After each step, the one that ends the exercise included.
   void add(const scene::StepInput& input, const scene::StepReport& report);
   const std::vector<Row>& rows() const { return rows_; }
   std::string toCsv() const;
-  /// Figures of motion of each hand that was there, as vest_metrics has them, from commanded tips 20 ms
-  /// apart; of both together from left and right. Economy: the straight way from the begin through the places
-  /// where a phase ended over the path, at most 1; nothing before a phase ended.
+  /// Figures of motion since the first phase began, the same as score items have them (MotionLog::figures).
   /// @param moments of the exercise that was traced
   session::motion::Figures motion(const std::vector<Moment>& moments) const;
 
  private:
-  static constexpr double kEvery = 0.05;   ///< s
-  static constexpr double kChord = 0.020;  ///< s, as of the engine's path
-  std::array<session::MotionTable, 3> hands_;
-  session::MotionTable both_;  ///< left and right, while both are there
-  double chord_ = -1;          ///< s: of the last place
+  static constexpr double kEvery = 0.05;  ///< s
+  MotionLog log_;
+  std::uint64_t steps_ = 0;
   double time_ = 0;
   Row next_;
   std::vector<Row> rows_;
