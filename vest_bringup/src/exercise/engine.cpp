@@ -360,7 +360,7 @@ void Engine::step(const scene::World& world, const scene::StepInput& input, cons
   }
   ++c.steps;
   c.time += input.dt, c.lived += input.dt;
-  if (c.steps % kMotionEvery == 0) s.log.add(c.lived, step, input);
+  if (c.steps % kMotionEvery == 1) s.log.add(c.lived, step, input);
   if (!input.edits.empty() || !input.requests.empty()) c.flags |= kAssisted;
   if (report.status == scene::Status::Fault) c.flags |= kFault;
   for (const scene::ToolInput& t : input.tools) {

@@ -207,7 +207,7 @@ constexpr const char* kStyle =
 
 void Trace::add(const scene::StepInput& input, const scene::StepReport& report) {
   time_ += input.dt;
-  if (++steps_ % MotionLog::kEvery == 0) log_.add(time_, steps_, input);
+  if (++steps_ % MotionLog::kEvery == 1) log_.add(time_, steps_, input);
   for (std::size_t i = 0; i < next_.tools.size(); ++i) {
     Row::Tool& tool = next_.tools[i];
     tool.present = input.tools[i].present;

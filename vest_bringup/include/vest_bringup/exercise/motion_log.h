@@ -9,7 +9,7 @@
 
 namespace vest::exercise {
 
-/// Where instruments were told to be, every 20th step: what figures of motion are made of. Time is simulated
+/// Where instruments were told to be, in the first step and every 20th after it: what figures of motion are made of. Time is simulated
 /// time, so that a recording gives the figures of its session to the bit.
 class MotionLog {
  public:
