@@ -9,8 +9,8 @@
 
 namespace vest::exercise {
 
-/// Where instruments were told to be, in the first step and every 20th after it: what figures of motion are made of. Time is simulated
-/// time, so that a recording gives the figures of its session to the bit.
+/// Where instruments were told to be, in the first step and every 20th after it: what figures of motion are
+/// made of. Time is simulated time, so that a recording gives the figures of its session to the bit.
 class MotionLog {
  public:
   static constexpr std::uint64_t kEvery = 20;  ///< steps
