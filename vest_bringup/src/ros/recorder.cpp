@@ -76,6 +76,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/score",
                                      "session/exercise_file",
                                      "session/notes",
+                                     "session/drawing",
                                      "session/targets",
                                      "session/result",
                                      "endoscope/camera_info",

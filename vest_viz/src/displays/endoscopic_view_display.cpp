@@ -138,13 +138,19 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
       "Fill Window", false,
       "Lie over rviz's 3-D view, which is not drawn meanwhile: saves a second rendering.", this,
       SLOT(updatePlace()));
+  pen_ = new rviz::EnumProperty("Draw", "off",
+                                "What the left button of the mouse draws for the trainee, on every view.",
+                                this, SLOT(updatePen()));
+  for (const auto& [word, pen] : {std::pair("off", Pen::None), std::pair("line", Pen::Line),
+                                  std::pair("arrow", Pen::Arrow), std::pair("circle", Pen::Circle)})
+    pen_->addOption(word, static_cast<int>(pen));
   effects_topic_ = new StringProperty("Effects Topic", "effects", "Prefix of fluid, smoke and lens.", this,
                                       SLOT(updateTopics()));
-  session_topic_ = new StringProperty(
-      "Session Topic", "session",
-      "Prefix of recording, instruction, score, notes and targets: a recorder that ends without a word "
-      "is told in red, an exercise tells what to do.",
-      this, SLOT(updateTopics()));
+  session_topic_ = new StringProperty("Session Topic", "session",
+                                      "Prefix of recording, instruction, score, notes, drawing and targets: "
+                                      "a recorder that ends without a word "
+                                      "is told in red, an exercise tells what to do.",
+                                      this, SLOT(updateTopics()));
   smoke_ = new rviz::EnumProperty("Smoke", "field",
                                   "field: density in space. billboards: puffs that face the camera.", this,
                                   SLOT(updateLook()));
@@ -214,6 +220,10 @@ void EndoscopicViewDisplay::updateLook() {
   view_->setSmokeMethod(static_cast<EndoscopePipeline::Smoke>(smoke_->getOptionInt()));
 }
 
+void EndoscopicViewDisplay::updatePen() {
+  drawing_.setPen(static_cast<Pen>(pen_->getOptionInt()));
+}
+
 void EndoscopicViewDisplay::updateCamera() {
   if (!view_) return;
   waitForWorker();
@@ -277,6 +287,7 @@ void EndoscopicViewDisplay::onDisable() {
   effects_.unsubscribe();
   recorder_sub_.shutdown();
   for (ros::Subscriber* const sub : {&instruction_sub_, &score_sub_, &notes_sub_}) sub->shutdown();
+  drawing_.shutdown();
   tellExercise([](ExerciseRim& rim) {
     rim.clear();
     return true;
@@ -335,6 +346,8 @@ void EndoscopicViewDisplay::updateTopics() {
         tellExercise(
             [&](ExerciseRim& rim) { return rim.teacherSays(QString::fromStdString(m->string), seconds()); });
       });
+  drawing_.connect(update_nh_, session, pane_);
+  updatePen();
   std::string prefix = image_topic_->getStdString();
   deleteStatus("Publishing");
   if (const std::string other = otherPublisher(update_nh_.resolveName(prefix + "/camera_info"));
@@ -385,6 +398,7 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
 
 void EndoscopicViewDisplay::update(float tick, float) {
   tellExercise([](ExerciseRim& rim) { return rim.tick(seconds()); });
+  drawing_.tick(seconds());
   if (!view_ || !view_->ready()) return;
   const double start = seconds();
   if (pane_ != nullptr)

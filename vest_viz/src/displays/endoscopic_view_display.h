@@ -14,6 +14,7 @@
 #include "endoscope_inputs.h"
 #include "endoscope_pipeline.h"
 #include "instrument_history.h"
+#include "teacher_drawing.h"
 #include "tissue_input.h"
 #include "truth_output.h"
 #include "vest_viz/session/recorder_watch.h"
@@ -57,6 +58,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   void updatePlace();
   void updateScene();
   void updateLook();
+  void updatePen();
 
  private:
   /// All of the instruments topic, while no simulation sends those of its states.
@@ -103,6 +105,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   rviz::FloatProperty* noise_;
   rviz::FloatProperty* focus_;
   rviz::BoolProperty* fill_;
+  rviz::EnumProperty* pen_;
   rviz::BoolProperty* print_timing_;
 
   TissueInput input_;
@@ -114,6 +117,7 @@ class EndoscopicViewDisplay : public rviz::Display {
   InstrumentHistory history_;
   void tellExercise(const std::function<bool(ExerciseRim&)>& change);
   ros::Subscriber recorder_sub_, instruction_sub_, score_sub_, notes_sub_;
+  TeacherDrawing drawing_;
   session::RecorderWatch recorder_;
   vest_msgs::InstrumentStates::ConstPtr instruments_;  ///< of the picture
   bool begun_ = false;

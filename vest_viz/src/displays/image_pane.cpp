@@ -8,6 +8,7 @@
 #include <QEvent>
 #include <QLayout>
 #include <QMainWindow>
+#include <QMouseEvent>
 #include <QPainter>
 
 namespace vest::displays {
@@ -91,11 +92,38 @@ bool ImagePane::eventFilter(QObject* watched, QEvent* event) {
   return false;
 }
 
+void ImagePane::draw(Pen pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn) {
+  pen_ = pen, drawn_ = std::move(drawn);
+  stroke_.clear();
+  setCursor(pen == Pen::None ? Qt::ArrowCursor : Qt::CrossCursor);
+}
+
+visualization_msgs::ImageMarker ImagePane::markOfStroke() const {
+  return markOf(pen_, stroke_, static_cast<double>(place().width()) / place().height());
+}
+
+bool ImagePane::stroke(const QMouseEvent& mouse) {
+  const bool begins = mouse.type() == QEvent::MouseButtonPress && mouse.button() == Qt::LeftButton;
+  if (pen_ == Pen::None || (stroke_.empty() && !begins)) return false;
+  const QRect in = place();
+  if (begins) stroke_.clear();
+  stroke_.emplace_back((mouse.localPos().x() - in.left()) / in.width(),
+                       (mouse.localPos().y() - in.top()) / in.height());
+  update();
+  if (mouse.type() != QEvent::MouseButtonRelease || mouse.button() != Qt::LeftButton) return true;
+  const auto mark = markOfStroke();
+  stroke_.clear();
+  if (drawn_) drawn_(mark);
+  return true;
+}
+
 bool ImagePane::event(QEvent* event) {
   switch (event->type()) {
     case QEvent::MouseButtonPress:
     case QEvent::MouseButtonRelease:
     case QEvent::MouseMove:
+      if (stroke(*static_cast<QMouseEvent*>(event))) return true;
+      [[fallthrough]];
     case QEvent::Wheel:
       if (host_ != nullptr) return QCoreApplication::sendEvent(host_, event);
       break;
@@ -108,6 +136,12 @@ bool ImagePane::event(QEvent* event) {
 void ImagePane::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   paintPicture(&painter);
+  marks_.paint(&painter, place());
+  if (stroke_.size() > 1) {
+    DrawnMarks now;
+    now.add(markOfStroke(), 0);
+    now.paint(&painter, place());
+  }
   rim_.paint(&painter, rect());
   if (warning_.isEmpty()) return;
   QFont font = painter.font();
@@ -120,22 +154,26 @@ void ImagePane::paintEvent(QPaintEvent*) {
   painter.drawText(line, Qt::AlignCenter, warning_);
 }
 
+QRect ImagePane::place() const {
+  if (image_.isNull()) return rect();
+  QSize size = image_.size();
+  if (size.width() > width() || size.height() > height() || width() > 1.5 * size.width())
+    size.scale(width(), height(), Qt::KeepAspectRatio);  // else 1:1, which costs nothing
+  return {(width() - size.width()) / 2, (height() - size.height()) / 2, size.width(), size.height()};
+}
+
 void ImagePane::paintPicture(QPainter* to) {
   QPainter& painter = *to;
   if (image_.isNull()) {
     painter.fillRect(rect(), Qt::black);
     return;
   }
-  QSize size = image_.size();
-  if (size.width() > width() || size.height() > height() || width() > 1.5 * size.width())
-    size.scale(width(), height(), Qt::KeepAspectRatio);  // else 1:1, which costs nothing
-  const QRect place((width() - size.width()) / 2, (height() - size.height()) / 2, size.width(),
-                    size.height());
+  const QRect place = this->place();
   painter.fillRect(0, 0, width(), place.top(), Qt::black);
   painter.fillRect(0, place.bottom() + 1, width(), height() - place.bottom() - 1, Qt::black);
   painter.fillRect(0, place.top(), place.left(), place.height(), Qt::black);
   painter.fillRect(place.right() + 1, place.top(), width() - place.right() - 1, place.height(), Qt::black);
-  painter.setRenderHint(QPainter::SmoothPixmapTransform, size != image_.size());
+  painter.setRenderHint(QPainter::SmoothPixmapTransform, place.size() != image_.size());
   painter.drawImage(place, image_);
 }
 

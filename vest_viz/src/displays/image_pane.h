@@ -1,14 +1,17 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include <QImage>
 #include <QTimer>
 #include <QWidget>
 
+#include "drawn_marks.h"
 #include "exercise_rim.h"
 
 class QMainWindow;
+class QMouseEvent;
 class QPainter;
 
 namespace vest::displays {
@@ -27,6 +30,13 @@ class ImagePane : public QWidget {
   void rim(const std::function<bool(ExerciseRim&)>& change) {
     if (change(rim_)) update();
   }
+  /// Likewise for what a teacher drew.
+  void marks(const std::function<bool(DrawnMarks&)>& change) {
+    if (change(marks_)) update();
+  }
+  /// With a pen the left button of the mouse draws, and no longer acts on what is below.
+  /// @param drawn gets what was drawn when the button is released
+  void draw(Pen pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn);
   const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
@@ -37,16 +47,25 @@ class ImagePane : public QWidget {
 
  protected:
   void paintEvent(QPaintEvent* event) override;
-  /// Over a host, mouse and wheel are the host's.
+  /// Over a host, mouse and wheel are the host's, but for the button that draws.
   bool event(QEvent* event) override;
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
   void paintPicture(QPainter* to);
+  /// Where the picture lies in the pane.
+  QRect place() const;
+  /// @return whether it was drawing
+  bool stroke(const QMouseEvent& mouse);
+  visualization_msgs::ImageMarker markOfStroke() const;
   void shareFrame();
   QImage image_;
   QString warning_;
   ExerciseRim rim_;
+  DrawnMarks marks_;
+  Pen pen_ = Pen::None;
+  std::vector<QPointF> stroke_;  ///< that is being drawn; parts of the picture
+  std::function<void(const visualization_msgs::ImageMarker&)> drawn_;
   QWidget* host_ = nullptr;
   QMainWindow* frame_ = nullptr;
   QTimer arrange_;

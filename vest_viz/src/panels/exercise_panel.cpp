@@ -1,6 +1,7 @@
 #include "exercise_panel.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <QComboBox>
 #include <QGridLayout>
@@ -117,7 +118,9 @@ void ExercisePanel::onScore(const vest_msgs::SessionScore& m) {
     QString name = QString::fromStdString(item.name);
     const QString cells[] = {
         name.replace('_', ' '),
-        QString("%1 %2").arg(item.value, 0, 'g', 3).arg(QString::fromStdString(item.unit)),
+        std::isfinite(item.value)
+            ? QString("%1 %2").arg(item.value, 0, 'g', 3).arg(QString::fromStdString(item.unit))
+            : QString("at the end"),
         QString::number(item.points, 'f', 0)};
     for (int column = 0; column < kItemColumns; ++column) {
       auto* cell = items_->item(i, column);

@@ -9,6 +9,8 @@
 #include <QLineEdit>
 #include <QPushButton>
 
+#include <rviz/display_group.h>
+#include <rviz/visualization_manager.h>
 #include <std_srvs/SetBool.h>
 #include <vest_msgs/ParameterEdit.h>
 #include <vest_msgs/SelectSource.h>
@@ -69,6 +71,10 @@ TeacherPanel::TeacherPanel(QWidget* parent) : BasePanel(parent) {
   words_->setMaxLength(200);
   say_ = new QPushButton("Tell");
   say_->setToolTip("shows it over the picture for 8 s; it stands in the report");
+  pen_ = new QComboBox;
+  for (const char* const pen : {"off", "line", "arrow", "circle"}) pen_->addItem(pen);
+  pen_->setToolTip("what the left button of the mouse draws on the picture; the trainee sees it for 8 s");
+  auto* const draw = new QLabel("Draw with the mouse");
   problem_ = new QLabel;
   problem_->setWordWrap(true);
   problem_->setStyleSheet("color: #b00020");
@@ -86,9 +92,11 @@ TeacherPanel::TeacherPanel(QWidget* parent) : BasePanel(parent) {
   grid->addWidget(mend_, 2, 2);
   grid->addWidget(words_, 3, 0, 1, 2);
   grid->addWidget(say_, 3, 2);
-  grid->addWidget(about, 4, 0, 1, 3);
-  grid->addWidget(problem_, 5, 0, 1, 3);
-  grid->setRowStretch(6, 1);
+  grid->addWidget(draw, 4, 0, 1, 2);
+  grid->addWidget(pen_, 4, 2);
+  grid->addWidget(about, 5, 0, 1, 3);
+  grid->addWidget(problem_, 6, 0, 1, 3);
+  grid->setRowStretch(7, 1);
   connect(pause_, &QPushButton::clicked, this, [this] {
     std_srvs::SetBool pause;
     pause.request.data = !paused_;
@@ -102,6 +110,7 @@ TeacherPanel::TeacherPanel(QWidget* parent) : BasePanel(parent) {
   connect(mend_, &QPushButton::clicked, this, [this] { fail(false); });
   connect(camera_button_, &QPushButton::clicked, this, [this] { takeCamera(); });
   connect(say_, &QPushButton::clicked, this, [this] { say(); });
+  connect(pen_, &QComboBox::currentTextChanged, this, [this](const QString& pen) { takePen(pen); });
   connect(words_, &QLineEdit::returnPressed, this, [this] { say(); });
 }
 
@@ -181,6 +190,15 @@ void TeacherPanel::select(const std::string& instrument, std::uint8_t source) {
                                 [this](const auto& answer, const std::string& problem) {
                                   tell(problem_, !problem.empty() ? problem : answer.response.message);
                                 });
+}
+
+void TeacherPanel::takePen(const QString& pen) {
+  if (vis_manager_ == nullptr) return;
+  rviz::DisplayGroup* const all = vis_manager_->getRootDisplayGroup();
+  for (int i = 0; i < all->numDisplays(); ++i) {
+    rviz::Display* const display = all->getDisplayAt(i);
+    if (display->getClassId() == "vest_viz/EndoscopicView") display->subProp("Draw")->setValue(pen);
+  }
 }
 
 void TeacherPanel::say() {

@@ -17,8 +17,9 @@ class QPushButton;
 
 namespace vest::panels {
 
-/// vest_viz/Teacher: pauses, makes complications, takes the camera over, and tells the trainee something.
-/// Each is an input that the recording keeps, and the exercise's result is then called assisted.
+/// vest_viz/Teacher: pauses, makes complications, takes the camera over, tells the trainee something, and
+/// gives the views of its rviz a pen. Each is an input that the recording keeps, and the exercise's result is
+/// then called assisted.
 class TeacherPanel : public BasePanel {
  public:
   explicit TeacherPanel(QWidget* parent = nullptr);
@@ -34,6 +35,7 @@ class TeacherPanel : public BasePanel {
   void takeCamera();
   void select(const std::string& instrument, std::uint8_t source);
   void say();
+  void takePen(const QString& pen);
   void onTopology(const vest_msgs::TissueTopology& msg);
   void onInstruments(const vest_msgs::InstrumentStates& msg);
 
@@ -52,7 +54,7 @@ class TeacherPanel : public BasePanel {
   std::uint8_t camera_before_ = vest_msgs::InstrumentState::SOURCE_BOX;
   std::array<std::uint8_t, 2> hands_before_{camera_before_, camera_before_};
   QPushButton *pause_, *bleed_, *fog_, *fail_, *mend_, *camera_button_, *say_;
-  QComboBox *vessel_, *fault_;
+  QComboBox *vessel_, *fault_, *pen_;
   QDoubleSpinBox* area_;
   QLineEdit* words_;
   QLabel* problem_;

@@ -29,8 +29,10 @@
 #include <vest_msgs/FluidState.h>
 #include <vest_msgs/ImageVolume.h>
 #include <vest_msgs/InstrumentStates.h>
+#include <vest_msgs/ParameterEdit.h>
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
+#include <visualization_msgs/ImageMarker.h>
 #include <QPixmapCache>
 
 #include "instrument_history.h"
@@ -261,6 +263,67 @@ TEST_F(Lifecycle, AViewBesideAnotherOneOnlyShowsThePicture) {
   view->setEnabled(true);
   EXPECT_TRUE(published());
   EXPECT_TRUE(spin([&] { return status(view, "Publishing").isEmpty(); }));
+  delete view;
+}
+
+TEST_F(Lifecycle, WhatATeacherDrawsIsOverThePictureAndHelps) {
+  topology.publish(gynaecology());
+  publishInstruments();
+  std::vector<visualization_msgs::ImageMarker> drawn;
+  std::vector<vest_msgs::ParameterEdit> edits;
+  const ros::Subscriber drawn_sub = nh.subscribe<visualization_msgs::ImageMarker>(
+      "session/drawing", 10,
+      [&](const visualization_msgs::ImageMarker::ConstPtr& m) { drawn.push_back(*m); });
+  const ros::Subscriber edit_sub = nh.subscribe<vest_msgs::ParameterEdit>(
+      "parameter_edit", 10, [&](const vest_msgs::ParameterEdit::ConstPtr& m) { edits.push_back(*m); });
+  auto others = nh.advertise<visualization_msgs::ImageMarker>("session/drawing", 10);
+  rviz::Display* const view = make("vest_viz/EndoscopicView");
+  view->subProp("Fill Window")->setValue(true);
+  QWidget* pane = nullptr;
+  ASSERT_TRUE(spin([&] { return (pane = panel.childAt(300, 300)) != nullptr; }));
+  // Pixels of a teacher's yellow, and of tissue.
+  const auto count = [&](bool ink) {
+    const QImage shown = pane->grab().toImage();
+    int pixels = 0;
+    for (int y = 0; y < shown.height(); ++y)
+      for (int x = 0; x < shown.width(); ++x) {
+        const QColor c = shown.pixelColor(x, y);
+        pixels += ink ? c.red() > 240 && c.green() > 200 && c.blue() > 60 && c.blue() < 120
+                      : c.red() > c.blue() + 20;
+      }
+    return pixels;
+  };
+  ASSERT_TRUE(spin([&] { return count(false) > 50000; }, 120)) << "a picture";
+  EXPECT_EQ(count(true), 0);
+  const auto stroke = [&] {
+    const auto mouse = [&](QEvent::Type type, QPoint at, Qt::MouseButton button) {
+      QMouseEvent event(type, at, button, Qt::LeftButton, Qt::NoModifier);
+      QApplication::sendEvent(pane, &event);
+    };
+    mouse(QEvent::MouseButtonPress, {250, 200}, Qt::LeftButton);
+    mouse(QEvent::MouseMove, {300, 250}, Qt::NoButton);
+    mouse(QEvent::MouseButtonRelease, {400, 320}, Qt::LeftButton);
+    spin([] { return false; }, 0.3);
+  };
+  stroke();
+  EXPECT_TRUE(drawn.empty()) << "nobody took a pen";
+  view->subProp("Draw")->setValue("arrow");
+  ASSERT_TRUE(spin([&] { return drawn_sub.getNumPublishers() > 1 && edit_sub.getNumPublishers() > 0; }));
+  stroke();
+  ASSERT_TRUE(spin([&] { return !drawn.empty() && !edits.empty(); }));
+  EXPECT_EQ(edits[0].object + " " + edits[0].parameter, "exercise assisted");
+  EXPECT_TRUE(spin([&] { return count(true) > 300; })) << "over the trainee's picture, by the topic";
+  if (const char* const keep = std::getenv("VEST_PICTURES")) pane->grab().save(QString(keep) + "/drawn.png");
+  const int arrow = count(true);
+  visualization_msgs::ImageMarker circle = drawn[0];
+  circle.type = visualization_msgs::ImageMarker::CIRCLE;
+  circle.position.x = 0.3, circle.position.y = 0.7, circle.scale = 0.2f;
+  others.publish(circle);
+  EXPECT_TRUE(spin([&] { return count(true) > arrow + 300; })) << "anybody's";
+  view->setEnabled(false);
+  view->setEnabled(true);
+  ASSERT_TRUE(spin([&] { return (pane = panel.childAt(300, 300)) != nullptr; }));
+  EXPECT_EQ(count(true), 0);
   delete view;
 }
 

@@ -4,6 +4,7 @@
 // exercises. What they show is what the topics say, and what a teacher clicks is an input that is recorded.
 
 #include <QLineEdit>
+#include <QMouseEvent>
 #include <QPainter>
 
 #include <vest_msgs/ExerciseActionGoal.h>
@@ -11,6 +12,7 @@
 
 #include "exercise_panel.h"
 #include "exercise_rim.h"
+#include "image_pane.h"
 #include "teacher_panel.h"
 
 namespace vest::panels {
@@ -128,6 +130,114 @@ TEST(Teacher, WhatIsClickedIsAnInputThatTheRecordingKeeps) {
   EXPECT_EQ(sent("Tell", 1), "exercise assisted 1;");
   ASSERT_TRUE(spin([&] { return !notes.empty(); }));
   EXPECT_EQ(notes[0], "Clip the near side first");
+}
+
+/// Pixels of a teacher's yellow.
+int inkPixels(QWidget& pane, const QRect& in) {
+  const QImage picture = pane.grab().toImage();
+  int count = 0;
+  for (int y = in.top(); y <= in.bottom(); ++y)
+    for (int x = in.left(); x <= in.right(); ++x) {
+      const QRgb p = picture.pixel(x, y);
+      count += qRed(p) > 200 && qGreen(p) > 160 && qBlue(p) < 140;
+    }
+  return count;
+}
+
+/// A pane that shows tissue's red.
+struct Pane : displays::ImagePane {
+  explicit Pane(int width = 720) {
+    resize(width, 576);
+    QImage tissue(720, 576, QImage::Format_RGB32);
+    tissue.fill(QColor(150, 60, 50));
+    ImagePane::show(tissue);
+  }
+  bool add(const visualization_msgs::ImageMarker& mark, double now) {
+    bool shown = false;
+    marks([&](displays::DrawnMarks& all) { return shown = all.add(mark, now); });
+    return shown;
+  }
+  bool tick(double now) {
+    bool gone = false;
+    marks([&](displays::DrawnMarks& all) { return gone = all.tick(now); });
+    return gone;
+  }
+};
+
+visualization_msgs::ImageMarker circleAt(double x, double y, float diameter) {
+  visualization_msgs::ImageMarker m;
+  m.type = visualization_msgs::ImageMarker::CIRCLE;
+  m.position.x = x, m.position.y = y, m.scale = diameter;
+  m.outline_color.r = 1, m.outline_color.g = 0.84f, m.outline_color.b = 0.35f;
+  return m;
+}
+
+TEST(Drawing, LiesOverThePictureForATimeAndNothingThatIsBrokenDoes) {
+  for (const int width : {720, 1000}) {
+    Pane pane(width);
+    const int left = (width - 720) / 2;
+    const QRect all(0, 0, width, 576), round(left + 180 - 62, 288 - 62, 125, 125),
+        inside(left + 160, 268, 40, 40);
+    EXPECT_EQ(inkPixels(pane, all), 0);
+    ASSERT_TRUE(pane.add(circleAt(0.25, 0.5, 0.2f), 0));
+    EXPECT_GT(inkPixels(pane, round), 600) << "a circle of 115 pixels, 4 wide";
+    EXPECT_EQ(inkPixels(pane, all), inkPixels(pane, round)) << "and nothing beside it";
+    EXPECT_EQ(inkPixels(pane, inside), 0);
+    EXPECT_FALSE(pane.tick(7.9));
+    EXPECT_TRUE(pane.tick(8.1));
+    EXPECT_EQ(inkPixels(pane, all), 0);
+  }
+  Pane pane;
+  auto brief = circleAt(0.5, 0.5, 0.2f), long_lived = brief, line = brief;
+  brief.lifetime = ros::Duration(1), long_lived.lifetime = ros::Duration(1e6);
+  EXPECT_TRUE(pane.add(brief, 0) && pane.add(long_lived, 0));
+  EXPECT_TRUE(pane.tick(1.1));
+  EXPECT_TRUE(pane.tick(61));
+  line.type = visualization_msgs::ImageMarker::LINE_STRIP;
+  std::vector<visualization_msgs::ImageMarker> broken(8, line);
+  broken[0] = circleAt(std::nan(""), 0.5, 0.1f), broken[1] = circleAt(0.5, 1.5, 0.1f);
+  broken[2] = circleAt(0.5, 0.5, -1), broken[3] = circleAt(0.5, 0.5, std::nanf(""));
+  broken[4].points.resize(501), broken[5].points.resize(1), broken[6].points.resize(2);
+  broken[6].points[1].x = 1e30;
+  broken[7].type = visualization_msgs::ImageMarker::POLYGON, broken[7].points.resize(3);
+  for (std::size_t i = 0; i < broken.size(); ++i) EXPECT_FALSE(pane.add(broken[i], 100)) << i;
+  for (int i = 0; i < 1000; ++i) pane.add(circleAt(0.5, 0.5, 0.1f), 100);
+  EXPECT_GT(inkPixels(pane, QRect(0, 0, 720, 576)), 100) << "a flood keeps the newest";
+}
+
+TEST(Drawing, IsWhatTheMouseDrewInThePartsOfThePictureWhereItWas) {
+  Pane teacher(1000), trainee;
+  std::vector<visualization_msgs::ImageMarker> sent;
+  const auto mouse = [&teacher](QEvent::Type type, QPoint at, Qt::MouseButton button) {
+    QMouseEvent event(type, at, button, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(&teacher, &event);
+  };
+  const auto drag = [&](displays::Pen pen) {
+    teacher.draw(pen, [&](const visualization_msgs::ImageMarker& m) { sent.push_back(m); });
+    mouse(QEvent::MouseButtonPress, {140 + 180, 144}, Qt::LeftButton);
+    mouse(QEvent::MouseMove, {140 + 270, 216}, Qt::NoButton);
+    if (pen != displays::Pen::None)
+      EXPECT_GT(inkPixels(teacher, teacher.rect()), 100) << "seen while it is drawn";
+    mouse(QEvent::MouseButtonRelease, {140 + 360, 288}, Qt::LeftButton);
+    EXPECT_EQ(inkPixels(teacher, teacher.rect()), 0) << "then it comes as everybody's does";
+  };
+  drag(displays::Pen::None);
+  EXPECT_TRUE(sent.empty()) << "without a pen the mouse is the host's";
+  for (const displays::Pen pen : {displays::Pen::Line, displays::Pen::Arrow, displays::Pen::Circle}) {
+    sent.clear();
+    drag(pen);
+    ASSERT_EQ(sent.size(), 1U);
+    ASSERT_TRUE(trainee.add(sent[0], 0));
+    const int begin = inkPixels(trainee, QRect(170, 134, 20, 20)),
+              end = inkPixels(trainee, QRect(340, 268, 40, 40)),
+              beside = inkPixels(trainee, QRect(500, 10, 200, 560));
+    EXPECT_EQ(begin > 10, pen != displays::Pen::Circle) << "the mouse went down at its centre";
+    EXPECT_GT(end, pen == displays::Pen::Arrow ? 150 : 40);
+    EXPECT_EQ(beside, 0);
+    if (!g_pictures.isEmpty())
+      trainee.grab().save(g_pictures + QString("/drawn_%1.png").arg(static_cast<int>(pen)));
+    trainee.tick(100);
+  }
 }
 
 /// Pixels of a colour's kind where the rim draws over black.
