@@ -82,19 +82,19 @@ void DrawnMarks::paint(QPainter* to, const QRect& picture) const {
   to->restore();
 }
 
-ImageMarker markOf(Pen pen, const std::vector<QPointF>& points, double aspect) {
+ImageMarker markOf(Stroke pen, const std::vector<QPointF>& points, double aspect) {
   ImageMarker m;
   m.action = ImageMarker::ADD;
-  m.type = pen == Pen::Circle ? ImageMarker::CIRCLE : ImageMarker::LINE_STRIP;
+  m.type = pen == Stroke::Circle ? ImageMarker::CIRCLE : ImageMarker::LINE_STRIP;
   m.outline_color.r = 1.0f, m.outline_color.g = 0.84f, m.outline_color.b = 0.35f, m.outline_color.a = 1;
   m.lifetime = ros::Duration(kShown);
   m.scale = kLine;
   const QPointF from = points.front(), to = points.back();
   const double dx = (to.x() - from.x()) * aspect, dy = to.y() - from.y();
-  if (pen == Pen::Circle) {
+  if (pen == Stroke::Circle) {
     m.position = point(from.x(), from.y());
     m.scale = static_cast<float>(std::clamp(2 * std::hypot(dx, dy), 0.02, 2.0));
-  } else if (pen == Pen::Arrow) {
+  } else if (pen == Stroke::Arrow) {
     const double angle = std::atan2(dy, dx);
     m.points = {point(from.x(), from.y()), point(to.x(), to.y())};
     for (const double side : {kHeadHalf, -kHeadHalf}) {

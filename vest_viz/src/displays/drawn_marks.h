@@ -33,9 +33,9 @@ class DrawnMarks {
 };
 
 /// What the mouse draws.
-enum class Pen { None, Line, Arrow, Circle };
+enum class Stroke { None, Line, Arrow, Circle };
 
 /// A stroke of the mouse. @param points parts of the picture; two or more  @param aspect width over height
-visualization_msgs::ImageMarker markOf(Pen pen, const std::vector<QPointF>& points, double aspect);
+visualization_msgs::ImageMarker markOf(Stroke pen, const std::vector<QPointF>& points, double aspect);
 
 }  // namespace vest::displays

@@ -141,8 +141,8 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
   pen_ = new rviz::EnumProperty("Draw", "off",
                                 "What the left button of the mouse draws for the trainee, on every view.",
                                 this, SLOT(updatePen()));
-  for (const auto& [word, pen] : {std::pair("off", Pen::None), std::pair("line", Pen::Line),
-                                  std::pair("arrow", Pen::Arrow), std::pair("circle", Pen::Circle)})
+  for (const auto& [word, pen] : {std::pair("off", Stroke::None), std::pair("line", Stroke::Line),
+                                  std::pair("arrow", Stroke::Arrow), std::pair("circle", Stroke::Circle)})
     pen_->addOption(word, static_cast<int>(pen));
   effects_topic_ = new StringProperty("Effects Topic", "effects", "Prefix of fluid, smoke and lens.", this,
                                       SLOT(updateTopics()));
@@ -221,7 +221,7 @@ void EndoscopicViewDisplay::updateLook() {
 }
 
 void EndoscopicViewDisplay::updatePen() {
-  drawing_.setPen(static_cast<Pen>(pen_->getOptionInt()));
+  drawing_.setPen(static_cast<Stroke>(pen_->getOptionInt()));
 }
 
 void EndoscopicViewDisplay::updateCamera() {

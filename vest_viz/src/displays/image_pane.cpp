@@ -92,10 +92,10 @@ bool ImagePane::eventFilter(QObject* watched, QEvent* event) {
   return false;
 }
 
-void ImagePane::draw(Pen pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn) {
+void ImagePane::draw(Stroke pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn) {
   pen_ = pen, drawn_ = std::move(drawn);
   stroke_.clear();
-  setCursor(pen == Pen::None ? Qt::ArrowCursor : Qt::CrossCursor);
+  setCursor(pen == Stroke::None ? Qt::ArrowCursor : Qt::CrossCursor);
 }
 
 visualization_msgs::ImageMarker ImagePane::markOfStroke() const {
@@ -104,7 +104,7 @@ visualization_msgs::ImageMarker ImagePane::markOfStroke() const {
 
 bool ImagePane::stroke(const QMouseEvent& mouse) {
   const bool begins = mouse.type() == QEvent::MouseButtonPress && mouse.button() == Qt::LeftButton;
-  if (pen_ == Pen::None || (stroke_.empty() && !begins)) return false;
+  if (pen_ == Stroke::None || (stroke_.empty() && !begins)) return false;
   const QRect in = place();
   if (begins) stroke_.clear();
   stroke_.emplace_back((mouse.localPos().x() - in.left()) / in.width(),

@@ -36,7 +36,7 @@ class ImagePane : public QWidget {
   }
   /// With a pen the left button of the mouse draws, and no longer acts on what is below.
   /// @param drawn gets what was drawn when the button is released
-  void draw(Pen pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn);
+  void draw(Stroke pen, std::function<void(const visualization_msgs::ImageMarker&)> drawn);
   const QString& warning() const { return warning_; }
   /// Lies over `host` and follows its size; nullptr ends that.
   void cover(QWidget* host);
@@ -63,7 +63,7 @@ class ImagePane : public QWidget {
   QString warning_;
   ExerciseRim rim_;
   DrawnMarks marks_;
-  Pen pen_ = Pen::None;
+  Stroke pen_ = Stroke::None;
   std::vector<QPointF> stroke_;  ///< that is being drawn; parts of the picture
   std::function<void(const visualization_msgs::ImageMarker&)> drawn_;
   QWidget* host_ = nullptr;

@@ -19,18 +19,18 @@ void TeacherDrawing::connect(const ros::NodeHandle& nh, const std::string& sessi
 void TeacherDrawing::shutdown() {
   sub_.shutdown(), pub_.shutdown(), edit_pub_.shutdown();
   if (pane_ == nullptr) return;
-  pane_->draw(Pen::None, {});
+  pane_->draw(Stroke::None, {});
   pane_->marks([](DrawnMarks& marks) {
     marks.clear();
     return true;
   });
 }
 
-void TeacherDrawing::setPen(Pen pen) {
+void TeacherDrawing::setPen(Stroke pen) {
   pen_ = pen;
   if (pane_ == nullptr) return;
   pub_.shutdown(), edit_pub_.shutdown();
-  if (pen_ != Pen::None) {
+  if (pen_ != Stroke::None) {
     pub_ = nh_.advertise<visualization_msgs::ImageMarker>(session_ + "/drawing", 20);
     edit_pub_ = nh_.advertise<vest_msgs::ParameterEdit>("parameter_edit", 10);
   }

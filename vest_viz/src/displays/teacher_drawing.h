@@ -21,7 +21,7 @@ class TeacherDrawing {
   void connect(const ros::NodeHandle& nh, const std::string& session, ImagePane* pane);
   void shutdown();
   /// What the mouse draws on this view.
-  void setPen(Pen pen);
+  void setPen(Stroke pen);
   void tick(double now);
 
  private:
@@ -30,7 +30,7 @@ class TeacherDrawing {
   ros::NodeHandle nh_;
   std::string session_;
   QPointer<ImagePane> pane_;
-  Pen pen_ = Pen::None;
+  Stroke pen_ = Stroke::None;
   std::int32_t next_ = 0;  ///< id of the next mark
   ros::Subscriber sub_;
   ros::Publisher pub_, edit_pub_;  ///< while a pen is in the hand

@@ -212,18 +212,19 @@ TEST(Drawing, IsWhatTheMouseDrewInThePartsOfThePictureWhereItWas) {
     QMouseEvent event(type, at, button, Qt::LeftButton, Qt::NoModifier);
     QApplication::sendEvent(&teacher, &event);
   };
-  const auto drag = [&](displays::Pen pen) {
+  const auto drag = [&](displays::Stroke pen) {
     teacher.draw(pen, [&](const visualization_msgs::ImageMarker& m) { sent.push_back(m); });
     mouse(QEvent::MouseButtonPress, {140 + 180, 144}, Qt::LeftButton);
     mouse(QEvent::MouseMove, {140 + 270, 216}, Qt::NoButton);
-    if (pen != displays::Pen::None)
+    if (pen != displays::Stroke::None)
       EXPECT_GT(inkPixels(teacher, teacher.rect()), 100) << "seen while it is drawn";
     mouse(QEvent::MouseButtonRelease, {140 + 360, 288}, Qt::LeftButton);
     EXPECT_EQ(inkPixels(teacher, teacher.rect()), 0) << "then it comes as everybody's does";
   };
-  drag(displays::Pen::None);
+  drag(displays::Stroke::None);
   EXPECT_TRUE(sent.empty()) << "without a pen the mouse is the host's";
-  for (const displays::Pen pen : {displays::Pen::Line, displays::Pen::Arrow, displays::Pen::Circle}) {
+  for (const displays::Stroke pen :
+       {displays::Stroke::Line, displays::Stroke::Arrow, displays::Stroke::Circle}) {
     sent.clear();
     drag(pen);
     ASSERT_EQ(sent.size(), 1U);
@@ -231,8 +232,8 @@ TEST(Drawing, IsWhatTheMouseDrewInThePartsOfThePictureWhereItWas) {
     const int begin = inkPixels(trainee, QRect(170, 134, 20, 20)),
               end = inkPixels(trainee, QRect(340, 268, 40, 40)),
               beside = inkPixels(trainee, QRect(500, 10, 200, 560));
-    EXPECT_EQ(begin > 10, pen != displays::Pen::Circle) << "the mouse went down at its centre";
-    EXPECT_GT(end, pen == displays::Pen::Arrow ? 150 : 40);
+    EXPECT_EQ(begin > 10, pen != displays::Stroke::Circle) << "the mouse went down at its centre";
+    EXPECT_GT(end, pen == displays::Stroke::Arrow ? 150 : 40);
     EXPECT_EQ(beside, 0);
     if (!g_pictures.isEmpty())
       trainee.grab().save(g_pictures + QString("/drawn_%1.png").arg(static_cast<int>(pen)));
