@@ -276,7 +276,8 @@ class SessionHazards(unittest.TestCase):
         listening = rospy.Subscriber("session/state", SessionState, states.append)
         self.addCleanup(listening.unregister)
         with tempfile.TemporaryDirectory() as folder:
-            recorder = Node("vest_bringup", "recorder", f"_directory:={folder}")
+            # Of a name of its own: parameters of earlier recorders count at this master.
+            recorder = Node("vest_bringup", "recorder", "__name:=still", f"_directory:={folder}")
             self.addCleanup(recorder.end)
             simulation = self.simulation("waits")
             self.assertTrue(patient(lambda: bool(states) and states[-1].recording), recorder.text())
@@ -284,7 +285,7 @@ class SessionHazards(unittest.TestCase):
             time.sleep(6.0)
             recorder.signal(signal.SIGCONT)
             had = len(states)
-            self.assertTrue(patient(lambda: len(states) > had + 3 and states[-1].recording), simulation.text())
+            self.assertTrue(patient(lambda: len(states) > had + 3 and states[-1].recording), simulation.text() + recorder.text() + str(states[-1]))
             self.assertNotIn("recorder has died", simulation.text())
             simulation.end()
             recorder.end()
