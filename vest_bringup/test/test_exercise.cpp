@@ -543,12 +543,21 @@ TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   EXPECT_EQ(scored, live);
   EXPECT_NE(live.find("\"passed\": true"), std::string::npos) << live;
   std::ofstream(folder + "/session/report.html") << "the report before";
-  fs::create_symlink("/dev/full", folder + "/session/report.html.new");
+  // What cannot be written leaves what was there.
+  fs::create_directories(folder + "/session/report.html.new/in_the_way");
   const std::string full = said("(" VEST_SCORE " --report " + folder + "/session > /dev/null)", code);
   EXPECT_EQ(code, 2) << full;
   EXPECT_NE(full.find("report.html: cannot be written (is the disk full?)"), std::string::npos) << full;
   EXPECT_EQ(std::count(full.begin(), full.end(), '\n'), 1) << full;
   EXPECT_EQ(files::read(folder + "/session/report.html", 100), "the report before");
+  fs::remove_all(folder + "/session/report.html.new");
+  // A link in a stranger's folder, in the place of a file of the tool's own: nothing goes through it.
+  std::ofstream(folder + "/mine") << "a file of mine";
+  fs::create_symlink(folder + "/mine", folder + "/session/report.html.new");
+  said("(" VEST_SCORE " --report " + folder + "/session > /dev/null)", code);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(files::read(folder + "/mine", 100), "a file of mine");
+  EXPECT_GT(fs::file_size(folder + "/session/report.html"), 1000u);
   EXPECT_FALSE(fs::exists(folder + "/session/report.html.new"));
   fs::create_directory(folder + "/slow");
   stretch(folder + "/session/session.bag", folder + "/slow/session.bag", 1.2);
