@@ -125,6 +125,8 @@ class CrtkClient(unittest.TestCase):
         self.assertTrue(within(lambda: math.dist(arm.place(), [0.03, 0.055, 0.06]) < 1e-6), arm.place())
         self.assertTrue(arm.moved(lambda: arm.pose("move_cr", [-0.01, 0.0, 0.005])))
         self.assertTrue(within(lambda: math.dist(arm.place(), [0.02, 0.055, 0.065]) < 1e-6), arm.place())
+        there = arm.newest["measured_cp"].header.stamp  # joints come on a topic of their own, and may be behind
+        self.assertTrue(within(lambda: arm.newest["measured_js"].header.stamp >= there))
         roll = arm.measured()[3]
         half = 0.25  # the shaft's own axis, about which alone the arm turns where it is
         q = arm.newest["measured_cp"].pose.orientation
