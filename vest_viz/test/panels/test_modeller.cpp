@@ -246,7 +246,9 @@ TEST_F(Drawing, HandlesAndFieldsEditTheSourceAndUndoGivesItsBytesBack) {
   ASSERT_TRUE(becomes(moved));
   ASSERT_TRUE(spin([&] { return edits_ == 10; }));
   click("Delete");
-  ASSERT_TRUE(spin([&] { return objects_ == 2 && edits_ == 11; }));
+  // The source comes on a topic of its own, and may be behind.
+  ASSERT_TRUE(spin(
+      [&] { return objects_ == 2 && edits_ == 11 && source_.find("name: pouch") == std::string::npos; }));
 
   // A handle that would end in nothing goes back, and the panel says why.
   choose("vessel");
