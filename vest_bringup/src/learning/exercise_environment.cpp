@@ -185,14 +185,15 @@ void ExerciseEnvironment::reset(std::uint64_t seed, float* observation) {
     wanted.translation() += kStartsAside / std::sqrt(3.0) * off;
     joints = kinematics::inverseKinematics(own.X_BTrocar, wanted, joints, own.limits).q;
   }
-  state_.score = score(engine_->result());
+  take(engine_->result());
   observe(observation);
 }
 
-double ExerciseEnvironment::score(const exercise::Result& now) const {
-  if (now.finished && !now.passed) return 0;
-  return static_cast<double>(engine_->phasesDone()) / static_cast<double>(task_->exercise->phases.size()) *
-         (1 + now.quality / 100) / 2;
+void ExerciseEnvironment::take(const exercise::Result& now) {
+  state_.quality = now.quality / 100;
+  const double done =
+      static_cast<double>(engine_->phasesDone()) / static_cast<double>(task_->exercise->phases.size());
+  state_.score = now.finished && !now.passed ? 0 : done * (1 + state_.quality) / 2;
 }
 
 StepResult ExerciseEnvironment::step(const float* action, float* observation) {
@@ -237,12 +238,14 @@ StepResult ExerciseEnvironment::step(const float* action, float* observation) {
   ++state_.steps;
   const exercise::Result now = engine_->result();
   StepResult result;
-  result.score = fault ? 0 : score(now);
-  result.reward = result.score - state_.score;
+  const double before = state_.score;
+  take(now);
+  if (fault) state_.score = 0;
+  result.score = state_.score;
+  result.reward = result.score - before;
   result.passed = !fault && now.finished && now.passed;
   result.terminated = fault || now.finished;
   result.truncated = !result.terminated && seconds(state_.steps) >= task_->limit - 1e-9;
-  state_.score = result.score;
   state_.over = result.terminated || result.truncated ? 1 : 0;
   observe(observation);
   return result;
@@ -290,9 +293,8 @@ void ExerciseEnvironment::observe(float* out) const {
     number(h.pinch), number(static_cast<double>(h.holds)), number(static_cast<double>(now.tool));
   }
   for (const Landmark& l : task_->landmarks) place(placeOf(l, world()));
-  const exercise::Result now = engine_->result();
   number(static_cast<double>(engine_->phasesDone()) / static_cast<double>(task_->exercise->phases.size()));
-  number(now.quality / 100);
+  number(state_.quality);
   number(state_.score);
   number(std::max(0.0, 1 - seconds(state_.steps) / task_->limit));
 }
@@ -310,7 +312,7 @@ std::string ExerciseEnvironment::result() const {
 const char* ExerciseEnvironment::refuse(const void* bytes) const {
   State s;
   std::memcpy(&s, bytes, sizeof s);
-  bool good = std::isfinite(s.score);
+  bool good = std::isfinite(s.score + s.quality);
   for (const Hand& h : s.hands) {
     const auto& q = h.joints;
     good = good && std::isfinite(q.yaw + q.pitch + q.insertion + q.roll + q.jaw + h.pinch + h.force[0] +

@@ -37,11 +37,11 @@ class ExerciseEnvironment : public Environment {
   };
   struct State {
     std::uint64_t seed = 0, steps = 0, over = 1;
-    double score = 0;
+    double score = 0, quality = 0;  ///< 0 … 1
     std::array<Hand, tools::kInstrumentCount> hands{};
   };
   static_assert(sizeof(State) ==
-                4 * 8 + tools::kInstrumentCount * (sizeof(kinematics::JointPositions) + 8 * 8));
+                5 * 8 + tools::kInstrumentCount * (sizeof(kinematics::JointPositions) + 8 * 8));
 
   std::pair<void*, std::size_t> state() override { return {&state_, sizeof state_}; }
   const char* refuse(const void* state) const override;
@@ -49,7 +49,8 @@ class ExerciseEnvironment : public Environment {
 
   tools::ToolKind kind(tools::Instrument hand) const;
   scene::ToolInput tool(tools::Instrument hand) const;
-  double score(const exercise::Result& now) const;
+  /// Takes quality and score of what the engine says.
+  void take(const exercise::Result& now);
 
   exercise::Engine* engine_;
   State state_;
