@@ -1,11 +1,17 @@
 // From images to a scene: a patient whose shapes are known comes back as labels, tetrahedra and a World that
 // runs.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
+#include "blades.h"
 #include "phantom_files.h"
+#include "theatre.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/image/patient.h"
 #include "vest_tissue/scene/world.h"
@@ -104,6 +110,62 @@ TEST(Patient, TheSameRecipeGivesTheSameBytesAndASceneThatRuns) {
   }
   EXPECT_EQ(world.steps(), 5u);
   EXPECT_EQ(report.status, vest::scene::Status::Ok) << report.fault_object;
+}
+
+// Chords of the cells stay inside a round shape, by cell^2 / 8 r = 0.2 mm here.
+TEST(Patient, EachNodeOfASurfaceLiesWithinAVoxelOfTheShapeThatWasPictured) {
+  const Volume volume = picture(boxWithSphere(), kImage);
+  const auto lattice = mesh(segment(volume, patientOf()), patientOf());
+  const double voxel = 0.072 / kImage.size[0];
+  Eigen::AlignedBox3d all;
+  std::map<std::array<std::uint32_t, 3>, std::vector<std::uint8_t>> faces;  // labels at both sides
+  for (const auto& n : lattice.nodes) all.extend(n);
+  for (std::size_t t = 0; t < lattice.tetrahedra.size(); ++t)
+    for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+      std::array<std::uint32_t, 3> f{};
+      for (std::size_t i = 0, k = 0; i < 4; ++i)
+        if (i != left_out) f[k++] = lattice.tetrahedra[t][i];
+      std::sort(f.begin(), f.end());
+      faces[f].push_back(static_cast<std::uint8_t>(lattice.label[t]));
+    }
+  const Eigen::Vector3d sphere = all.center() + Eigen::Vector3d(-0.004, -0.001, 0.002),
+                        half(0.030, 0.020, 0.025);
+  std::size_t inner = 0, outer = 0;
+  for (const auto& [corners, sides] : faces) {
+    if (sides.size() == 2 && sides[0] == sides[1]) continue;
+    for (const std::uint32_t c : corners) {
+      const Eigen::Vector3d& x = lattice.nodes[c];
+      if (sides.size() == 2) {
+        EXPECT_NEAR((x - sphere).norm(), kSphere, voxel) << ++inner;
+      } else {
+        const double out = ((x - all.center()).cwiseAbs() - half).maxCoeff();
+        EXPECT_NEAR(out, 0.0, voxel) << ++outer;
+      }
+    }
+  }
+}
+
+TEST(Patient, TheSceneIsCutByAHookUnderCurrent) {
+  const TemporaryScene folder;
+  Patient p = patientOf();
+  p.cell = 0.0065;  // few: this test is about what becomes of a scene
+  const auto lattice = mesh(segment(picture(boxWithSphere(), kImage), p), p);
+  auto description = vest::scene::loadScene(writePatientScene(lattice, p, folder.folder()));
+  description.cache_directory.clear();
+  Eigen::AlignedBox3d all;
+  for (const auto& n : lattice.nodes) all.extend(n);
+  vest::test::Theatre t(description);
+  const std::size_t knots = t.world.knotCount(0);
+  for (int i = 0; i < 200; ++i) {  // 20 mm across the upper face, 3 mm deep
+    auto& hook = t.input.tools[1];
+    hook = vest::specimen::toolAt(vest::tools::ToolKind::CoagulationHook,
+                                  {all.center().x(), all.min().y() - 0.004 + 1e-4 * i, all.max().z() - 0.003},
+                                  {0, 0, -1}, {0, 1, 0});
+    hook.functions = vest::tools::kFunctionCut;
+    ASSERT_NO_FATAL_FAILURE(t.step());
+  }
+  EXPECT_GT(t.count(vest::scene::EventKind::Cut), 2u);
+  EXPECT_GT(t.world.knotCount(0), knots) << "a furrow has two sides";
 }
 
 TEST(Patient, AFineMeshBecomesAnObjectWhoseInsideIsCondensed) {
