@@ -145,7 +145,7 @@ Patient readPatient(const std::string& path) {
       if (names.count(p.held.back()) == 0) item.fail("must be the name of a label");
     }
   if (map.has("integrator"))
-    p.condensed = map["integrator"].oneOf({"backward_euler", "condensed"}) == "condensed";
+    p.integrator = map["integrator"].oneOf({"backward_euler", "elastostatic", "condensed"});
   if (map.has("place")) {
     p.place = map["place"].vector3();
     if (!(p.place.cwiseAbs().maxCoeff() <= kMostPlace))
@@ -193,11 +193,12 @@ volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient
 std::string writePatientScene(const volume::Lattice& lattice, const Patient& patient,
                               const std::string& directory,
                               const std::function<void(const std::string& scene)>& check) {
-  const std::size_t most = patient.condensed ? fem::kMostCondensedNodes : fem::kMostTissueNodes;
+  const bool condensed = patient.integrator == "condensed";
+  const std::size_t most = condensed ? fem::kMostCondensedNodes : fem::kMostTissueNodes;
   if (lattice.nodes.size() > most)
     throw std::invalid_argument(
         "cell: " + print("%zu nodes; at most %zu are allowed: take a larger cell, a crop or fewer labels%s",
-                         lattice.nodes.size(), most, patient.condensed ? "" : ", or integrator: condensed"));
+                         lattice.nodes.size(), most, condensed ? "" : ", or integrator: condensed"));
   const std::set<std::uint16_t> present(lattice.label.begin(), lattice.label.end());
   for (std::size_t s = 0; s < patient.segments.size(); ++s)
     if (present.count(static_cast<std::uint16_t>(s + 1)) == 0)
@@ -225,10 +226,12 @@ std::string writePatientScene(const volume::Lattice& lattice, const Patient& pat
           "\ngravity: [0, 0, -9.81]\nseed: 1\nsolution: {integrator: newton_euler, dt: 0.001}\nobjects:\n  "
           "- name: " +
           patient.name + "\n    organ: " + patient.segments.front().name +
-          "\n    roles: [target]\n    model: fem\n" +
-          (patient.condensed ? "    integrator: condensed\n    strain: small\n"
-                             : "    integrator: backward_euler\n    strain: corotational\n") +
-          "    start: rest\n    mesh: " + patient.name + ".vtk\n    fixed: " + patient.name +
+          "\n    roles: [target]\n    model: fem\n" + "    integrator: " + patient.integrator +
+          (patient.integrator == "backward_euler" ? "\n    strain: corotational\n"
+                                                  : "\n    strain: small\n") +
+          // What answers at once would jump there in the first step.
+          "    start: " + (patient.integrator == "elastostatic" ? "equilibrium" : "rest") +
+          "\n    mesh: " + patient.name + ".vtk\n    fixed: " + patient.name +
           "_held.csv\n    # stiffness and density: data/materials.yaml; damping: assumed\n    "
           "rayleigh_mass: 2\n"
           "    rayleigh_stiffness: 0.004\n    materials:\n" +

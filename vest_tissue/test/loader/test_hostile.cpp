@@ -2,8 +2,10 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 
@@ -13,6 +15,7 @@
 #include "../../src/cli/edit_source.h"
 #include "temporary_scene.h"
 #include "vest_instruments/files/read.h"
+#include "vest_tissue/fem/description.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/world.h"
 
@@ -500,6 +503,18 @@ TEST(Check, EveryShippedSceneIsGood) {
     ++scenes;
   }
   EXPECT_GE(scenes, 23u);
+}
+
+TEST(Check, WhatAnswersAtOnceIsNotThrownAboutByItsFirstStep) {
+  auto d = vest::scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/fem_slab/fem_slab.yaml");
+  d.cache_directory.clear();
+  auto& slab = *std::find_if(d.objects.begin(), d.objects.end(), [](const auto& o) { return o.fem; });
+  auto soft = std::make_shared<vest::fem::Description>(*slab.fem);
+  soft->start_in_equilibrium = false;
+  soft->material.youngs_modulus *= 0.001;  // sags by more than 5 mm
+  for (auto& material : soft->materials) material.youngs_modulus *= 0.001;
+  slab.fem = soft;
+  EXPECT_TRUE(vest::tools::startsWell(d));
 }
 
 TEST(Check, ElementsAreJudgedAsElementsAndFaultsAreTold) {

@@ -39,7 +39,8 @@ constexpr RecipeKey kOfRecipe[] = {
     {"resample", "true, false", "interpolate what is uneven or tilted"},
     {"crop", "[[x, y, z], [x, y, z]] mm", "patient's axes: nothing outside is labelled"},
     {"cell", "0.1 … 1000 mm", "edge of the lattice's cubes: smaller cells, finer mesh"},
-    {"integrator", "backward_euler, condensed", "moves and is cut, or a fine mesh that is not cut"},
+    {"integrator", "backward_euler, elastostatic, condensed",
+     "large turns; small ones, faster and at most 1,500 free nodes; a fine mesh that is not cut"},
     {"held", "[names of labels]", "their nodes do not move; else the lowest tenth"},
     {"place", "[x, y, z] m", "world: the middle of the underside"},
 };

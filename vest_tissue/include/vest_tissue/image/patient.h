@@ -37,7 +37,9 @@ struct Patient {
   std::vector<Segment> segments;  ///< labels 1 …; where they overlap, the later one counts
   double cell = 0;                ///< m
   std::vector<std::string> held;  ///< segments whose nodes do not move; none: the lowest tenth of the mesh
-  bool condensed = false;         ///< the scene's elements: condensed; else backward Euler, corotational
+  /// Of the scene's elements: backward_euler (corotational), elastostatic or condensed (both of small
+  /// strain).
+  std::string integrator = "backward_euler";
   Eigen::Vector3d place{0, 0.05, 0.03};  ///< m, world: where the middle of the mesh's underside comes to lie
 };
 
