@@ -16,6 +16,7 @@
 #include <vest_msgs/StateHash.h>
 #include <vest_msgs/StepInput.h>
 
+#include "exercise_refusal.h"
 #include "play.h"
 #include "vest_bringup/exercise/engine.h"
 #include "vest_bringup/exercise/outline.h"
@@ -332,25 +333,6 @@ TEST(ExerciseNumbers, ThePatientIsReadInTheUnitsOfTheWard) {
   EXPECT_EQ(items[7].value, 0);
   EXPECT_NEAR(items[8].value, 12, 1) << "mmHg";
   EXPECT_GE(items[9].value, 0);
-}
-
-/// What is said of the shipped file with one text replaced by another.
-std::string refusal(const std::string& from, const std::string& to) {
-  const std::string file = ros_shell::exerciseFile("clip_cut_tube");
-  std::string text = files::read(file, 1U << 20U);
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-  try {
-    const Exercise e = parseExercise(file, text);
-    simulation::Play p(e.scene, e.pass_script.file);
-    addExercise(e, p.stage);
-  } catch (const std::invalid_argument& why) {
-    EXPECT_EQ(std::string(why.what()).rfind(file, 0), 0U) << why.what();
-    EXPECT_EQ(std::string(why.what()).find('\n'), std::string::npos) << why.what();
-    return why.what();
-  }
-  return "accepted";
 }
 
 TEST(ExerciseFile, WrongOnesAreRefusedByFileLineAndField) {

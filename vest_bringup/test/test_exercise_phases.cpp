@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "exercise_refusal.h"
 #include "play.h"
 #include "vest_bringup/exercise/engine.h"
 #include "vest_bringup/ros/exercise_file.h"
@@ -316,22 +317,6 @@ TEST(ExerciseFigures, AreLimitsByAGate) {
     s.run(1, [](double, scene::StepInput& input) { raise(input, kRight, 0.105); });
     EXPECT_EQ(s.engine.result().failed_by.empty(), holds) << most;
   }
-}
-
-/// What is said of the shipped file with one text replaced by another.
-std::string refusal(const std::string& from, const std::string& to) {
-  const std::string file = ros_shell::exerciseFile("clip_cut_tube");
-  std::string text = files::read(file, 1U << 20U);
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-  try {
-    parseExercise(file, text);
-  } catch (const std::invalid_argument& why) {
-    EXPECT_EQ(std::string(why.what()).rfind(file, 0), 0U) << why.what();
-    return why.what();
-  }
-  return "accepted";
 }
 
 TEST(ExerciseFigures, StandWhereTheyAreKnownAndAStartIsReadAsStrictlyAsAnEnd) {

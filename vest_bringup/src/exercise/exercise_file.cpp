@@ -337,4 +337,10 @@ Exercise loadExercise(const std::string& path) {
   return parseExercise(path, scene::yaml::readFile(path, kMostBytes));
 }
 
+bool isExerciseFile(const std::string& given) {
+  const std::string_view kind = ".yaml";
+  return given.find('/') != std::string::npos ||
+         (given.size() > kind.size() && given.compare(given.size() - kind.size(), kind.size(), kind) == 0);
+}
+
 }  // namespace vest::exercise

@@ -315,7 +315,7 @@ int vest_model_load(const vest_model_options* options, vest_handle* model) {
 }
 
 const char* vest_task_scene(const char* task) {
-  if (task && vest::learning::isExerciseFile(task)) {
+  if (task && vest::exercise::isExerciseFile(task)) {
     try {
       told_scene = vest::exercise::loadExercise(task).scene;
       return told_scene.c_str();

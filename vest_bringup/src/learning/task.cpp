@@ -58,12 +58,6 @@ simulation::Stage Task::stage(int threads) const {
   return simulation::makeStage(scene::World(model, threads), with);
 }
 
-bool isExerciseFile(const std::string& task) {
-  const std::string_view kind = ".yaml";
-  return task.find('/') != std::string::npos ||
-         (task.size() > kind.size() && task.compare(task.size() - kind.size(), kind.size(), kind) == 0);
-}
-
 std::uint64_t Task::number() const {
   return exercise ? std::stoull(exercise->hash, nullptr, 16) : static_cast<std::uint64_t>(row.kind);
 }
@@ -172,7 +166,7 @@ std::shared_ptr<const Task> makeTask(const TaskOptions& options) {
   const TaskRow* row = nullptr;
   for (const TaskRow& r : tasks())
     if (options.task == r.name) row = &r;
-  const bool exercise = row == nullptr && isExerciseFile(options.task);
+  const bool exercise = row == nullptr && exercise::isExerciseFile(options.task);
   if (!row && !exercise)
     throw std::invalid_argument("task: '" + options.task + "' is unknown (allowed: " + taskNames() +
                                 ", or the path of an exercise file)");

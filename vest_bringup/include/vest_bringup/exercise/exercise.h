@@ -304,5 +304,7 @@ struct Exercise {
 Exercise loadExercise(const std::string& path);
 /// The same of a text; `path` names it in messages.
 Exercise parseExercise(const std::string& path, const std::string& text);
+/// Whether users gave an exercise as the path of its file, not as a name: it has a slash, or ends in .yaml.
+bool isExerciseFile(const std::string& given);
 
 }  // namespace vest::exercise

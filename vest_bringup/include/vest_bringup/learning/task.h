@@ -118,8 +118,6 @@ struct Task {
 
 /// Loads the scene and builds its Model once. @throws std::invalid_argument, files::FileError
 std::shared_ptr<const Task> makeTask(const TaskOptions& options);
-/// Whether a task is given as the path of an exercise file: it has a slash, or ends in .yaml.
-bool isExerciseFile(const std::string& task);
 /// Of an exercise: fills what it has beside options. @throws std::invalid_argument naming file and reason
 void prepareExercise(Task& task);
 

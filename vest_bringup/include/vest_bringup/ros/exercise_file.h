@@ -24,11 +24,10 @@ inline std::vector<std::string> exerciseNames() {
   return names;
 }
 
-/// File of an exercise that is given as users give it: a name, or the path of a file (it has a slash, or ends
-/// in .yaml). @throws std::invalid_argument where no exercise has this name; says which there are
+/// File of an exercise that is given as users give it: a name, or the path of a file.
+/// @throws std::invalid_argument where no exercise has this name; says which there are
 inline std::string exerciseFile(const std::string& exercise) {
-  if (exercise.find('/') != std::string::npos || std::filesystem::path(exercise).extension() == ".yaml")
-    return exercise;
+  if (exercise::isExerciseFile(exercise)) return exercise;
   std::string allowed;
   for (const std::string& name : exerciseNames()) {
     if (name == exercise)
