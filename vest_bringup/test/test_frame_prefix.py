@@ -132,11 +132,11 @@ class FramePrefix(unittest.TestCase):
             frames = set().union(*(frames_of(m) for _, m, _ in recorded.read_messages(topics=["/tf", "/tf_static"])))
         self.assertIn("b/left_tip", frames)
         self.assertEqual({f[:2] for f in frames}, {"b/"})
-        again = subprocess.run(["rosrun", "vest_bringup", "vest_resimulate", bag], capture_output=True, text=True, timeout=300, check=False)
+        again = subprocess.run(["rosrun", "vest_bringup", "vest_resimulate", os.path.dirname(bag)], capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
 
     def test_a_prefix_that_tf_cannot_bear_is_one_message(self):
-        for wrong in ("b c", "b//c", "ä"):
+        for wrong in ("b c", "b//c", "b:"):
             said = subprocess.run(["roslaunch", "vest_bringup", "trainer.launch", "frame_prefix:=" + wrong, "rviz:=false", "record:=false"],
                                   capture_output=True, text=True, timeout=120, check=False)
             self.assertIn(f"/vest/frame_prefix: '{wrong}/'; allowed: letters, digits, _ - . and /, as in b/", said.stdout + said.stderr)
