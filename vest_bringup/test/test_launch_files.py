@@ -24,6 +24,7 @@ CASES = [
     ("scene.launch", ["scene:=/tmp/mine.yaml"], ["phantom_box_emulator", "trainer"]),
     ("trainer.launch", ["left:=sim", "right:=impulse_engine"], ["haptics_left", "haptics_right"]),
     ("trainer.launch", ["inputs:=/tmp/inputs.yaml", "left:=sim"], ["input_devices", "haptic_devices"]),
+    ("trainer.launch", ["ns:=b", "frame_prefix:=b"], ["manager", "view"]),
     ("replay.launch", ["bag:=/tmp/session.bag"], ["play", "view"]),
     ("replay.launch", ["bag:=/tmp/session.bag", "headless:=true"], ["play", "view"]),
     ("view.launch", [], ["view"]),
@@ -85,6 +86,19 @@ class LaunchFiles(unittest.TestCase):
                              ["bipolar_forceps", "clip_applier", "injection_needle"], name)
             self.assertEqual(found["instruments/tool_tray"], ["scissors", "grasper"], name)
             self.assertEqual(found["trainer/effects/fluid/spacing"], 0.002, name)
+
+    def test_frames_are_on_tf_where_they_have_a_prefix_and_in_the_namespace_where_they_have_none(self):
+        own = [["/tf", "/two/tf"], ["/tf_static", "/two/tf_static"]]
+        for launch, name in (("trainer.launch", "manager"), ("teacher.launch", "teacher")):
+            for words, prefix, remaps in ((["ns:=vest"], "", []), (["ns:=two"], "", own), (["ns:=two", "frame_prefix:=/"], "", own),
+                                          (["ns:=two", "frame_prefix:=b"], "b/", []), (["ns:=two", "frame_prefix:=5/"], "5/", [])):
+                config = load_config_default([(os.path.join(LAUNCH, launch), words)], None, verbose=False)
+                nodes = {node.name: node for node in config.nodes}
+                self.assertEqual([r for r in map(list, nodes[name].remap_args) if r[0].startswith("/tf")], remaps, (launch, words))
+                shown = nodes["view" if name == "manager" else name].launch_prefix or ""
+                self.assertEqual(shown.partition("rviz_with_prefix ")[2].split(), [prefix] if prefix else [], (launch, words))
+                if name == "manager":
+                    self.assertEqual(config.params["/" + words[0][4:] + "/frame_prefix"].value, prefix)
 
     def test_the_tissue_does_not_run_away_from_the_hands_of_a_script(self):
         played = ("script:=cut_tube", "trajectory:=/tmp/a.csv")  # as run_session gives them

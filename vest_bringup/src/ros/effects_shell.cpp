@@ -8,6 +8,7 @@
 #include <ros/package.h>
 #include <vest_msgs/EffectsOptions.h>
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/ros/parameters.h"
 
 namespace vest::ros_shell {
@@ -32,7 +33,7 @@ std::int64_t steadyNow() {
 }  // namespace
 
 void toMsg(const simulation::GasFrame& f, vest_msgs::GasState& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = f.step;
   msg.set_pressure = static_cast<float>(f.set_pressure);
   msg.pressure = static_cast<float>(f.now.pressure);
@@ -47,7 +48,7 @@ void toMsg(const simulation::GasFrame& f, vest_msgs::GasState& msg) {
 }
 
 void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = f.step;
   msg.heart_rate = f.heart_rate;
   msg.systolic = f.systolic;
@@ -83,7 +84,7 @@ void toMsg(const simulation::BloodFrame& f, vest_msgs::HaemodynamicsState& msg) 
 }
 
 void toMsg(const simulation::SurfaceFrame& f, vest_msgs::SurfaceBleeding& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = f.step;
   msg.revision = f.revision;
   msg.seeped = f.seeped;

@@ -8,6 +8,7 @@
 #include "vest_bringup/exercise/outline.h"
 #include "vest_bringup/ros/exercise_file.h"
 #include "vest_instruments/files/read.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/ros/parameters.h"
 
 namespace vest::ros_shell {
@@ -44,7 +45,7 @@ void toMsg(const std::vector<exercise::Outline>& outlines, const ros::Time& now,
            visualization_msgs::MarkerArray& msg) {
   for (const exercise::Outline& outline : outlines) {
     visualization_msgs::Marker m;
-    m.header.frame_id = "world", m.header.stamp = now;
+    m.header.frame_id = frameId("world"), m.header.stamp = now;
     m.ns = outline.object, m.text = outline.mark;
     m.id = static_cast<std::int32_t>(msg.markers.size());
     m.type = visualization_msgs::Marker::LINE_STRIP, m.action = visualization_msgs::Marker::ADD;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "vest_effects/fluid/drawn_pools.h"
+#include "vest_instruments/ros/frames.h"
 
 namespace vest::ros_shell {
 namespace {
@@ -60,7 +61,7 @@ void tellFilm(const fluid::Model& model, const fluid::Pools& w, vest_msgs::Fluid
 }  // namespace
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step;
   const fluid::Model& model = *frame.fluid_model;
   const fluid::Particles& p = frame.fluid.particles;
@@ -155,7 +156,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::FluidState& msg) {
 }
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::SmokeState& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step;
   const smoke::Model& model = *frame.smoke_model;
   msg.origin.x = model.parameters.low[0], msg.origin.y = model.parameters.low[1],
@@ -187,7 +188,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::SmokeState& msg) {
 }
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::LensState& msg) {
-  msg.header.frame_id = "endoscope_optical_frame";
+  msg.header.frame_id = frameId("endoscope_optical_frame");
   msg.step = frame.step;
   msg.temperature = static_cast<float>(frame.lens.temperature);
   msg.humidity = static_cast<float>(frame.humidity);
@@ -219,7 +220,7 @@ void toMsg(const simulation::FieldFrame& frame, vest_msgs::LensState& msg) {
 }
 
 void toMsg(const simulation::FieldFrame& frame, vest_msgs::Impacts& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step + 1;
   msg.impacts.resize(frame.impacts.size());
   for (std::size_t i = 0; i < frame.impacts.size(); ++i) {

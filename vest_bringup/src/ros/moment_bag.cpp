@@ -8,6 +8,7 @@
 
 #include "vest_bringup/ros/effects_shell.h"
 #include "vest_bringup/ros/field_messages.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/ros/conversions.h"
 
 namespace vest::ros_shell {
@@ -75,7 +76,7 @@ void MomentBag::write(double t, const scene::World& world, const kinematics::Tra
   revision_ = topology.revision, scene_hash_ = topology.scene_hash;
 
   vest_msgs::InstrumentStates instruments;
-  instruments.header.frame_id = "world";
+  instruments.header.frame_id = frameId("world");
   for (std::size_t i = 0; i < input.tools.size(); ++i) {
     const scene::ToolInput& tool = input.tools[i];
     if (!tool.present) continue;

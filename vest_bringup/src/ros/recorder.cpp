@@ -17,6 +17,7 @@
 #include <vest_msgs/Snapshot.h>
 #include <vest_msgs/StringStamped.h>
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_instruments/ros/service_call.h"
 #include "vest_tissue/ros/parameters.h"
 
@@ -177,6 +178,10 @@ void Recorder::enqueue(Item item) {
 
 void Recorder::onMessage(const std::string& topic,
                          const ros::MessageEvent<topic_tools::ShapeShifter const>& event) {
+  // Where sessions share the tree of frames, each records its own.
+  if ((topic == "/tf" || topic == "/tf_static") && !ros_shell::framePrefix().empty() &&
+      event.getPublisherName().rfind(withSlash(nh_.getNamespace()), 0) != 0)
+    return;
   if (first_step_time_ == 0 && topic == step_topic_) first_step_time_ = steadySeconds();
   const auto header = event.getConnectionHeaderPtr();
   const auto latching = header ? header->find("latching") : ros::M_string::iterator();

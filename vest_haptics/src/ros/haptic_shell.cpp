@@ -12,6 +12,7 @@
 #include "vest_haptics/safety/freshness.h"
 #include "vest_instruments/control/input_map.h"
 #include "vest_instruments/ros/command_stamp.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_instruments/tools/tool_kind.h"
 
 namespace vest::ros_shell {
@@ -208,8 +209,8 @@ HapticShell::HapticShell(ros::NodeHandle nh, ros::NodeHandle private_nh, shared:
   js_.position.resize(4);
   jaw_.name = {name_ + "_jaw"};
   jaw_.position.resize(1);
-  cp_.header.frame_id = cv_.header.frame_id = cf_.header.frame_id = "phantom_box";
-  haptic_state_.header.frame_id = "world";
+  cp_.header.frame_id = cv_.header.frame_id = cf_.header.frame_id = frameId("phantom_box");
+  haptic_state_.header.frame_id = frameId("world");
   haptic_state_.device = device_->capabilities().model;
   haptic_state_.instrument = name_;
 

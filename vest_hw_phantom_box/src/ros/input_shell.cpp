@@ -6,6 +6,8 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/package.h>
 
+#include "vest_instruments/ros/frames.h"
+
 namespace vest::ros_shell {
 namespace {
 
@@ -100,7 +102,7 @@ void InputShell::move(Hand& h, double dt) {
   h.hand.drive(*h.pad, d.device->axes(), d.device->buttons(), dt);
   geometry_msgs::PoseStamped pose;
   pose.header.stamp = ros::Time::now();
-  pose.header.frame_id = "phantom_box";
+  pose.header.frame_id = frameId("phantom_box");
   const Eigen::Isometry3d X = h.hand.tip();
   const Eigen::Quaterniond q(X.linear());
   pose.pose.position.x = X.translation().x();

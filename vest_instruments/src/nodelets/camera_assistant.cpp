@@ -9,6 +9,7 @@
 #include "crtk_arm.h"
 #include "vest_instruments/control/pedals.h"
 #include "vest_instruments/kinematics/jacobian.h"
+#include "vest_instruments/ros/frames.h"
 
 namespace vest_instruments {
 
@@ -112,9 +113,10 @@ void CameraAssistant::onTimer() {
     taken_ = false;
     return;
   }
+  const std::string box = vest::ros_shell::frameId("phantom_box");
   Eigen::Isometry3d X_BW;
   try {
-    const auto t = tf_.lookupTransform("phantom_box", "world", ros::Time()).transform;
+    const auto t = tf_.lookupTransform(box, vest::ros_shell::frameId("world"), ros::Time()).transform;
     geometry_msgs::Pose pose;
     pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
     pose.orientation = t.rotation;
@@ -137,7 +139,7 @@ void CameraAssistant::onTimer() {
       vest::control::moveCamera(X_WTrocar_, q_, motion, {}, kin::opticalFrame(optic_angle_, q_.jaw).linear());
   geometry_msgs::PoseStamped out;
   out.header.stamp = ros::Time::now();
-  out.header.frame_id = "phantom_box";
+  out.header.frame_id = box;
   out.pose = toPose(X_BW * kin::forwardKinematics(X_WTrocar_, q_));
   pose_.publish(out);
 }

@@ -8,6 +8,7 @@
 
 #include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/ros/command_stamp.h"
+#include "vest_instruments/ros/frames.h"
 
 namespace vest_instruments {
 
@@ -95,7 +96,8 @@ CrtkArm::CrtkArm(ros::NodeHandle& parent, const std::string& name, vest::control
   jaw_js_.name = {name + "_jaw"};
   jaw_js_.position.resize(1);
   jaw_js_.velocity.resize(1);
-  js_.header.frame_id = jaw_js_.header.frame_id = cp_.header.frame_id = cv_.header.frame_id = "phantom_box";
+  js_.header.frame_id = jaw_js_.header.frame_id = cp_.header.frame_id = cv_.header.frame_id =
+      vest::ros_shell::frameId("phantom_box");
 }
 
 void CrtkArm::subscribe(ros::NodeHandle& nh) {
@@ -264,13 +266,14 @@ bool CrtkArm::pose(const std::string& topic, const geometry_msgs::PoseStamped& m
     return false;
   }
   const std::string& frame = msg.header.frame_id;
-  if (frame == "world") {
+  const std::string box = vest::ros_shell::frameId("phantom_box"), world = vest::ros_shell::frameId("world");
+  if (frame == world) {
     Eigen::Isometry3d X_BW = options_.X_WB.inverse();
     if (relative) X_BW.translation().setZero();
     X = X_BW * X;
     if (relative) X.linear() *= X_BW.linear().transpose();
-  } else if (!frame.empty() && frame != "phantom_box") {
-    refuse(topic, "frame_id '" + frame.substr(0, 60) + "'; allowed: phantom_box (or empty), world");
+  } else if (!frame.empty() && frame != box) {
+    refuse(topic, "frame_id '" + frame.substr(0, 60) + "'; allowed: " + box + " (or empty), " + world);
     return false;
   }
   return true;

@@ -6,6 +6,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 
 #include "vest_instruments/kinematics/jacobian.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_instruments/tools/tool_geometry.h"
 #include "vest_instruments/tools/tool_names.h"
 #include "vest_instruments/urdf/description.h"
@@ -53,8 +54,8 @@ void setTransform(geometry_msgs::TransformStamped& t, const Eigen::Isometry3d& X
 geometry_msgs::TransformStamped link(const std::string& parent, const std::string& child,
                                      const Eigen::Isometry3d& X) {
   geometry_msgs::TransformStamped t;
-  t.header.frame_id = parent;
-  t.child_frame_id = child;
+  t.header.frame_id = vest::ros_shell::frameId(parent);
+  t.child_frame_id = vest::ros_shell::frameId(child);
   setTransform(t, X);
   return t;
 }
@@ -114,7 +115,7 @@ Instruments::Instruments(ros::NodeHandle nh, ros::NodeHandle private_nh)
   }
   joint_states_.position.resize(joint_states_.name.size());
   joint_states_.velocity.resize(joint_states_.name.size());
-  states_.header.frame_id = "world";
+  states_.header.frame_id = vest::ros_shell::frameId("world");
   prepareTransforms();
   setDescription();
 
@@ -268,7 +269,7 @@ void Instruments::onContacts(const vest_msgs::ContactModels& msg) {
   const double now = steadyNow();
   geometry_msgs::WrenchStamped force;
   force.header.stamp = msg.header.stamp;
-  force.header.frame_id = "phantom_box";
+  force.header.frame_id = vest::ros_shell::frameId("phantom_box");
   const Eigen::Matrix3d R_BW = configuration_.X_WB.linear().transpose();
   for (const auto& contact : msg.contacts) {
     const int i = instrumentIndex(contact.instrument);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/net/skin.h"
 #include "vest_tissue/ros/drawn_scene.h"
@@ -92,7 +93,7 @@ std_msgs::ColorRGBA colour(const std::string& organ) {
 
 void toMsg(const scene::StepFrame& frame, const Description& description, vest_msgs::StepInput& msg) {
   const scene::StepInput& in = frame.input;
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = in.step;
   msg.dt = in.dt;
   msg.seed = in.seed;
@@ -254,7 +255,7 @@ bool fromMsg(const vest_msgs::InstrumentStates& msg, scene::ToolSample& sample) 
 }
 
 void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModels& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step;
   msg.contacts.resize(frame.contacts.size());
   for (std::size_t i = 0; i < frame.contacts.size(); ++i) {
@@ -287,7 +288,7 @@ void toMsg(const scene::ContactFrame& frame, double age, vest_msgs::ContactModel
 }
 
 void toMsg(const scene::Event& e, const Description& description, vest_msgs::TissueEvent& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = e.step;
   msg.kind = static_cast<std::uint8_t>(e.kind);
   msg.instrument = instrumentWord(e.instrument);
@@ -310,7 +311,7 @@ void toMsg(const scene::Event& e, const Description& description, vest_msgs::Tis
 
 void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
   const Description& description = world.description();
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.revision = world.revision();
   msg.step = world.steps();
   msg.scene = description.name;
@@ -362,7 +363,7 @@ void toMsg(const scene::World& world, vest_msgs::TissueTopology& msg) {
 }
 
 void toMsg(const scene::TopologyDelta& d, vest_msgs::TissueTopologyDelta& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.from_revision = d.from_revision;
   msg.revision = d.revision;
   msg.object = d.object;
@@ -389,7 +390,7 @@ void toMsg(const scene::TopologyDelta& d, vest_msgs::TissueTopologyDelta& msg) {
 }
 
 void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.revision = frame.revision;
   msg.step = frame.step;
   msg.time = frame.time;
@@ -412,7 +413,7 @@ void toMsg(const scene::StateFrame& frame, vest_msgs::TissueState& msg) {
 
 void toMsg(const scene::StateFrame& frame, const Description& description,
            vest_msgs::TissueAttachments& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step;
   msg.attachments.resize(frame.attachments.size());
   for (std::size_t i = 0; i < frame.attachments.size(); ++i) {
@@ -431,7 +432,7 @@ void toMsg(const scene::StateFrame& frame, const Description& description,
 }
 
 void toMsg(const scene::StateFrame& frame, const Description& description, vest_msgs::SutureStates& msg) {
-  msg.header.frame_id = "world";
+  msg.header.frame_id = frameId("world");
   msg.step = frame.step;
   msg.slings.resize(frame.slings.size());
   for (std::size_t i = 0; i < frame.slings.size(); ++i) {
@@ -493,7 +494,7 @@ void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFram
   for (std::size_t i = 0; i < topology.objects.size(); ++i) {
     const vest_msgs::TissueObject& o = topology.objects[i];
     visualization_msgs::Marker& m = msg.markers[i];
-    m.header.frame_id = "world";
+    m.header.frame_id = frameId("world");
     m.ns = "tissue";
     m.id = static_cast<int>(i);
     m.type = visualization_msgs::Marker::TRIANGLE_LIST;
@@ -519,7 +520,7 @@ void toMarkers(const vest_msgs::TissueTopology& topology, const scene::StateFram
 }
 
 void toMsg(const volume::Brick& brick, vest_msgs::ImageVolume& m) {
-  m.header.frame_id = "world";
+  m.header.frame_id = frameId("world");
   m.value_unit = brick.unit;
   for (int a = 0; a < 3; ++a) {
     m.size[a] = brick.size[a];

@@ -1,5 +1,6 @@
 #include "vest_tissue/ros/drawn_scene.h"
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/fem/description.h"
 
 namespace vest::ros_shell {
@@ -17,7 +18,7 @@ void tubeToMsg(const scene::TubeMap& tube, vest_msgs::TissueObject& msg) {
 
 vest_msgs::TissueTopology topologyOf(const scene::Description& scene) {
   vest_msgs::TissueTopology topology;
-  topology.header.frame_id = "world";
+  topology.header.frame_id = frameId("world");
   topology.revision = 1;
   topology.scene = scene.name;
   topology.scene_hash = scene.hash;

@@ -7,6 +7,7 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_tissue/ros/nearest_stamp.h"
 #include "vest_tissue/ros/parameters.h"
 #include "vest_tissue/ros/scene_file.h"
@@ -53,6 +54,7 @@ TissueServer::TissueServer(ros::NodeHandle nh, ros::NodeHandle private_nh, Facto
       factory_(std::move(factory)),
       publish_(std::move(publish)) {
   if (!alone_) alone_ = holdSession(nh_.getNamespace());
+  framePrefix();  // a wrong one is refused here, not with the first message
   scene_ = stringParameter(private_nh_, "scene", "gynaecology");
   threads_ = intParameter(private_nh_, "threads", 1, 1, 64);
   session_directory_ = stringParameter(private_nh_, "session_directory", "");

@@ -20,6 +20,7 @@
 #include <vest_msgs/TissueState.h>
 #include <vest_msgs/TissueTopology.h>
 
+#include "vest_instruments/ros/frames.h"
 #include "vest_instruments/ros/node_help.h"
 #include "vest_instruments/ros/service_call.h"
 #include "vest_tissue/modelling/document.h"
@@ -68,7 +69,7 @@ std_msgs::ColorRGBA colourOf(Kind kind) {
 /// @param width m
 Marker lines(const char* name, double width, const std_msgs::ColorRGBA& colour) {
   Marker marker;
-  marker.header.frame_id = "world";
+  marker.header.frame_id = vest::ros_shell::frameId("world");
   marker.ns = name;
   marker.type = Marker::LINE_LIST;
   marker.pose.orientation.w = 1;
@@ -80,7 +81,7 @@ Marker lines(const char* name, double width, const std_msgs::ColorRGBA& colour) 
 /// What moves freely: its control has no mark yet.
 visualization_msgs::InteractiveMarker freeMarker(const std::string& name, const Vector3d& place) {
   visualization_msgs::InteractiveMarker marker;
-  marker.header.frame_id = "world";
+  marker.header.frame_id = vest::ros_shell::frameId("world");
   marker.name = name;
   marker.pose.position = pointOf(place);
   marker.pose.orientation.w = 1;

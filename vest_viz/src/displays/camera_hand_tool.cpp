@@ -5,6 +5,8 @@
 #include <rviz/viewport_mouse_event.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "vest_instruments/ros/frames.h"
+
 namespace vest::displays {
 namespace {
 constexpr double kTurn = 0.002, kGo = 0.0002;  // rad/s and m/s per pixel: the hand itself bounds its speed
@@ -34,7 +36,7 @@ void CameraHandTool::update(float, float) {
   if (!command_ || (!turns_ && !goes_)) return;
   geometry_msgs::TwistStamped m;
   m.header.stamp = ros::Time::now();
-  m.header.frame_id = "endoscope_optical_frame";
+  m.header.frame_id = ros_shell::frameId("endoscope_optical_frame");
   if (turns_) {
     m.twist.angular.y = kTurn * dx_;
     m.twist.angular.x = -kTurn * dy_;

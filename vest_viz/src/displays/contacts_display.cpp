@@ -158,16 +158,19 @@ void ContactsDisplay::subscribe() {
   contacts_sub_ = update_nh_.subscribe<vest_msgs::ContactModels>(
       tissue + "/contacts", 1, [this](const vest_msgs::ContactModels::ConstPtr& m) {
         contacts_message_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
   attachments_sub_ = update_nh_.subscribe<vest_msgs::TissueAttachments>(
       tissue + "/attachments", 1, [this](const vest_msgs::TissueAttachments::ConstPtr& m) {
         attachments_message_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
   instruments_sub_ = update_nh_.subscribe<vest_msgs::InstrumentStates>(
       instruments_topic_->getStdString(), 1, [this](const vest_msgs::InstrumentStates::ConstPtr& m) {
         instruments_message_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
 }
@@ -177,12 +180,12 @@ void ContactsDisplay::update(float, float) {
   changed_ = false;
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
-  if (context_->getFrameManager()->getTransform("world", ros::Time(), position, orientation)) {
+  if (context_->getFrameManager()->getTransform(frame_, ros::Time(), position, orientation)) {
     scene_node_->setPosition(position);
     scene_node_->setOrientation(orientation);
-    setStatus(rviz::StatusProperty::Ok, "Frame", "world");
+    setStatusStd(rviz::StatusProperty::Ok, "Frame", frame_);
   } else {
-    setStatus(rviz::StatusProperty::Warn, "Frame", "no transform from world");
+    setStatusStd(rviz::StatusProperty::Warn, "Frame", "no transform from " + frame_);
   }
   left_out_ = 0;
   draw();

@@ -10,6 +10,8 @@
 #include <vest_msgs/InstrumentStates.h>
 #include <vest_msgs/TissueAttachments.h>
 
+#include "vest_instruments/ros/frames.h"
+
 namespace Ogre {
 class ManualObject;
 }
@@ -56,6 +58,7 @@ class ContactsDisplay : public rviz::Display {
   vest_msgs::ContactModels::ConstPtr contacts_message_;
   vest_msgs::InstrumentStates::ConstPtr instruments_message_;
   vest_msgs::TissueAttachments::ConstPtr attachments_message_;
+  std::string frame_ = ros_shell::frameId("world");  ///< of what came last
   bool changed_ = false;
   std::uint64_t left_out_ = 0;
   std::vector<std::unique_ptr<rviz::Arrow>> arrows_;

@@ -62,21 +62,25 @@ void EffectsDisplay::subscribe() {
   subscribers_[0] = update_nh_.subscribe<vest_msgs::TissueAttachments>(
       tissue + "/attachments", 1, [this](const vest_msgs::TissueAttachments::ConstPtr& m) {
         attachments_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
   subscribers_[1] = update_nh_.subscribe<vest_msgs::SutureStates>(
       tissue + "/sutures", 1, [this](const vest_msgs::SutureStates::ConstPtr& m) {
         sutures_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
   subscribers_[2] = update_nh_.subscribe<vest_msgs::FluidState>(
       effects + "/fluid", 1, [this](const vest_msgs::FluidState::ConstPtr& m) {
         fluid_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
   subscribers_[3] = update_nh_.subscribe<vest_msgs::SmokeState>(
       effects + "/smoke", 1, [this](const vest_msgs::SmokeState::ConstPtr& m) {
         smoke_ = m;
+        frame_ = m->header.frame_id;
         changed_ = true;
       });
 }
@@ -89,12 +93,12 @@ void EffectsDisplay::update(float, float) {
   changed_ = false;
   Ogre::Vector3 position = Ogre::Vector3::ZERO;
   Ogre::Quaternion orientation = Ogre::Quaternion::IDENTITY;
-  if (context_->getFrameManager()->getTransform("world", ros::Time(), position, orientation)) {
+  if (context_->getFrameManager()->getTransform(frame_, ros::Time(), position, orientation)) {
     scene_node_->setPosition(position);
     scene_node_->setOrientation(orientation);
-    setStatus(rviz::StatusProperty::Ok, "Frame", "world");
+    setStatusStd(rviz::StatusProperty::Ok, "Frame", frame_);
   } else {
-    setStatus(rviz::StatusProperty::Warn, "Frame", "no transform from world");
+    setStatusStd(rviz::StatusProperty::Warn, "Frame", "no transform from " + frame_);
   }
   Eigen::Vector3d eye(0, 0, 1);
   rviz::ViewManager* views = context_->getViewManager();

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include <ros/ros.h>
 #include <rviz/display.h>
 
 #include "effects_visual.h"
+#include "vest_instruments/ros/frames.h"
 
 namespace rviz {
 class BoolProperty;
@@ -39,6 +41,7 @@ class EffectsDisplay : public rviz::Display {
   vest_msgs::SutureStates::ConstPtr sutures_;
   vest_msgs::FluidState::ConstPtr fluid_;
   vest_msgs::SmokeState::ConstPtr smoke_;
+  std::string frame_ = ros_shell::frameId("world");  ///< of what came last
   bool changed_ = false;
   std::unique_ptr<EffectsVisual> visual_;
 };

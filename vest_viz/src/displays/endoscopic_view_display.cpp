@@ -38,6 +38,7 @@
 #include "conversion.h"
 #include "image_pane.h"
 #include "steady_seconds.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_viz/picture/quality.h"
 
 namespace vest::displays {
@@ -101,7 +102,7 @@ EndoscopicViewDisplay::EndoscopicViewDisplay() {
                                     "Prefix of image_raw, camera_info and image_raw/compressed.", this,
                                     SLOT(updateTopics()));
   optical_frame_ =
-      new rviz::TfFrameProperty("Optical Frame", "endoscope_optical_frame",
+      new rviz::TfFrameProperty("Optical Frame", ros_shell::frameId("endoscope_optical_frame").c_str(),
                                 "tf frame of the camera, for a session without the instruments topic.", this);
   width_ = new IntProperty("Width", 720, "Pixels.", this, SLOT(updateCamera()));
   width_->setMin(64);
@@ -383,12 +384,12 @@ bool EndoscopicViewDisplay::endoscopePose(Eigen::Isometry3d* X_WO, std::string* 
     }
   }
   const auto buffer = context_->getFrameManager()->getTF2BufferPtr();
-  const std::string optical = optical_frame_->getStdString();
+  const std::string optical = optical_frame_->getStdString(), world = ros_shell::frameId("world");
   // At the step that is shown; where tf does not reach it: as it is now.
   ros::Time when = input_.header().stamp;
-  if (!buffer->canTransform("world", optical, when)) when = ros::Time();
-  if (!buffer->canTransform("world", optical, when)) return false;
-  const auto t = buffer->lookupTransform("world", optical, when).transform;
+  if (!buffer->canTransform(world, optical, when)) when = ros::Time();
+  if (!buffer->canTransform(world, optical, when)) return false;
+  const auto t = buffer->lookupTransform(world, optical, when).transform;
   geometry_msgs::Pose pose;
   pose.position.x = t.translation.x, pose.position.y = t.translation.y, pose.position.z = t.translation.z;
   pose.orientation = t.rotation;

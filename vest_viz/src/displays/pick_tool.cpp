@@ -70,10 +70,11 @@ void PickTool::deactivate() {
 
 void PickTool::update(float wall_dt, float) {
   const bool changed = input_.process();
+  const std::string& frame = input_.header().frame_id;
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
   if (node_ != nullptr &&
-      context_->getFrameManager()->getTransform("world", ros::Time(), position, orientation)) {
+      context_->getFrameManager()->getTransform(frame, ros::Time(), position, orientation)) {
     node_->setPosition(position);
     node_->setOrientation(orientation);
   }
@@ -89,7 +90,7 @@ int PickTool::processMouseEvent(rviz::ViewportMouseEvent& event) {
   const Ogre::Ray ray = event.viewport->getCamera()->getCameraToViewportRay(
       static_cast<float>(event.x) / static_cast<float>(event.viewport->getActualWidth()),
       static_cast<float>(event.y) / static_cast<float>(event.viewport->getActualHeight()));
-  // Into world, which need not be rviz's fixed frame.
+  // Into the tissue's frame, which need not be rviz's fixed frame.
   const Ogre::Quaternion turn = node_->getOrientation().Inverse();
   const Ogre::Vector3 eye = turn * (ray.getOrigin() - node_->getPosition());
   const Ogre::Vector3 direction = turn * ray.getDirection().normalisedCopy();

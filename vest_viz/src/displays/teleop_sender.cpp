@@ -1,10 +1,12 @@
 #include "teleop_sender.h"
 
+#include "vest_instruments/ros/frames.h"
+
 namespace vest::displays {
 
 TeleopSender::TeleopSender(const ros::NodeHandle& handle) : handle_(handle), spinner_(1, &queue_) {
   handle_.setCallbackQueue(&queue_);
-  pose_.header.frame_id = "phantom_box";
+  pose_.header.frame_id = ros_shell::frameId("phantom_box");
   jaw_.position.resize(1);
   joy_.buttons.resize(kSwitches);
   switches_publisher_ = handle_.advertise<sensor_msgs::Joy>("teleop/footswitches", 10);

@@ -19,6 +19,8 @@
 #include <vest_msgs/StringStamped.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "vest_instruments/ros/frames.h"
+
 namespace vest::displays {
 namespace {
 
@@ -141,9 +143,12 @@ void TeleoperateTool::onStates(const vest_msgs::InstrumentStates& states) {
 bool TeleoperateTool::axes(Eigen::Vector3d& right, Eigen::Vector3d& up) const {
   Ogre::Vector3 position;
   Ogre::Quaternion box, picture;
-  if (!context_->getFrameManager()->getTransform("phantom_box", ros::Time(), position, box)) return false;
+  if (!context_->getFrameManager()->getTransform(ros_shell::frameId("phantom_box"), ros::Time(), position,
+                                                 box))
+    return false;
   if (view_->getOptionInt() == kEndoscope) {
-    if (!context_->getFrameManager()->getTransform("endoscope_optical_frame", ros::Time(), position, picture))
+    if (!context_->getFrameManager()->getTransform(ros_shell::frameId("endoscope_optical_frame"), ros::Time(),
+                                                   position, picture))
       return false;
     right = toEigen(box.Inverse() * picture.xAxis());
     up = -toEigen(box.Inverse() * picture.yAxis());  // REP 103: y of an optical frame points down

@@ -16,6 +16,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "ogre_assets.h"
+#include "vest_instruments/ros/frames.h"
 #include "vest_viz/inspect/colour_map.h"
 #include "vest_viz/texture/organ_texture.h"
 
@@ -284,7 +285,8 @@ void TissueDisplay::update(float wall_dt, float) {
   takeBakedTextures();
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
-  const std::string frame = input_.header().frame_id.empty() ? "world" : input_.header().frame_id;
+  const std::string frame =
+      input_.header().frame_id.empty() ? ros_shell::frameId("world") : input_.header().frame_id;
   const bool placed = context_->getFrameManager()->getTransform(frame, ros::Time(), position, orientation);
   if (placed) {
     scene_node_->setPosition(position);
