@@ -64,7 +64,7 @@ void main() {
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
   ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));
   ground.rgb = mix(ground.rgb, vec3(0.10, 0.085, 0.075) * (0.55 + 0.9 * speck.z), burnt);
-  wetness *= (1.0 - 0.75 * pale) * (1.0 - 0.8 * burnt);
+  wetness *= (1.0 - 0.99 * pale) * (1.0 - 0.8 * burnt);  // the lamp's image is 64 times white: hardly any is left
   slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
   // Blood: thin films tint, deep ones hide what is below and lie smooth.
   // Set blood is dark and brown, and mirrors little.
