@@ -228,6 +228,44 @@ TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
   EXPECT_GT(leak(), 0.7 * before);
 }
 
+// Protects that whatever presses on a vessel shuts it, as a finger does: here a closed grasper's shaft.
+TEST(Account, AShaftPressedAcrossTheArteryStopsTheHoleBehindItWhileItPresses) {
+  Patient p("arterial_bleeding");
+  std::size_t artery = 0;
+  while (p.world.description().objects[artery].name != "artery") ++artery;
+  const auto& tube = p.world.model().objects[artery].tube;
+  const auto& ring = tube.knots(tube.nearestRing(tube.station(0) + 0.35 * tube.length()));
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const auto k : ring) centre += p.world.knotAt(artery, k) / static_cast<double>(ring.size());
+  p.openVessel("artery", 0.6 * tube.length(), 1e-6);
+  p.run(0.5);
+  const auto beat = [&] {  // m³ through the hole in a second
+    const double so_far = p.at_holes;
+    p.run(1.0);
+    return p.at_holes - so_far;
+  };
+  const double before = beat();
+  ASSERT_GT(before, 1e-7);
+  constexpr auto kHand = static_cast<std::size_t>(tools::Instrument::Right);
+  auto& tool = p.input.tools[kHand];
+  tool.present = true;
+  tool.tool = tools::ToolKind::Grasper;
+  tool.pivot = {0.115, -0.02, 0.165};
+  const auto hold = [&](int millimetres) {  // the shaft's axis over where the artery lay; its tip is beyond
+    const Eigen::Vector3d over = centre + Eigen::Vector3d(0, 0, 1e-3 * millimetres);
+    const Eigen::Vector3d way = (over - tool.pivot).normalized();
+    tool.orientation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way);
+    tool.position = over + 0.045 * way;
+    p.run(0.05);
+  };
+  for (int mm = 12; mm >= -26; --mm) hold(mm);  // it hangs between its ends: it gives way
+  const double force = p.report.contacts[kHand].wrench.head<3>().norm(), pressed = beat();
+  std::printf("%.3f ml in a second, %.3f under %.2f N\n", 1e6 * before, 1e6 * pressed, force);
+  EXPECT_LT(pressed, 0.65 * before) << "what flows back is left";
+  for (int mm = -26; mm <= 12; ++mm) hold(mm);
+  EXPECT_GT(beat(), 0.85 * before);
+}
+
 TEST(Account, OfAVeinClosesWithinAThousandth) {
   Patient p("gynaecology");
   p.openVessel("uterine_vein_left", 0.03, 2e-6);

@@ -56,6 +56,6 @@ void main() {
   colour += rim * (1.0 - 0.7 * hide) * vec3(0.10, 0.045, 0.04) + (1.6 - 0.4 * hide - 0.5 * shape.y) * glint * vec3(0.95, 0.98, 1.0);
   a = mix(0.14 + 0.40 * rim, 1.0 - exp(-4.0 * mm), hide);
   a = clamp(cover * a + min(glint * shape.z, 1.0) * cover * (0.9 - 0.65 * hide), 0.0, 1.0) * tone.a;
-  // Blood near the lens: the exposure has no room for more.
-  gl_FragColor = vec4(response(colour * min(shape.z, mix(4.0, 1.5, hide))), a);
+  // Near the lens the exposure has no room for more. With less, blood is black beads before films and pools (by eye).
+  gl_FragColor = vec4(response(colour * min(shape.z, 4.0)), a);
 }

@@ -278,10 +278,10 @@ void BloodEffect::findKinks(const scene::World& world) {
 /// in it on the same area: pressure at rest, times the tool's width, times the vessel's diameter.
 void BloodEffect::findPinches(const scene::World& world, const scene::StepReport& report) {
   pinches_ = state_.kinks;
+  int kinks = pinches_.count;
   const scene::WorldState& state = world.state();
   const auto pinch = [&](std::size_t object, std::uint32_t knot, double force, double width) {
-    if (object >= vessel_of_.size() || vessel_of_[object] < 0 || pinches_.count >= bleeding::kMostPinches)
-      return;
+    if (object >= vessel_of_.size() || vessel_of_[object] < 0) return;
     const net::TubeMap& tube = tubeOf(world, object);
     const std::int32_t ring = tube.ringOf(knot);
     if (ring < 0) return;
@@ -292,7 +292,7 @@ void BloodEffect::findPinches(const scene::World& world, const scene::StepReport
     const double area = crossSection(world, object, tube, static_cast<std::size_t>(ring));
     const double needed = pressure * width * 2 * std::sqrt(area / kPi);
     const double opening = std::clamp(1 - force / std::max(needed, 1e-6), 0.0, 1.0);
-    if (opening < 1) pinches_.each[static_cast<std::size_t>(pinches_.count++)] = {place, opening};
+    if (opening < 1) bleeding::hold({place, opening}, kinks, pinches_);
   };
   for (std::size_t t = 0; t < state.grasps.size(); ++t) {
     const double width =

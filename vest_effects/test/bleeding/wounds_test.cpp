@@ -209,6 +209,23 @@ TEST(Wounds, JawsUpstreamStopItWhileTheyHoldAndTheClotHoldsUntilItIsTaken) {
   EXPECT_GT(p.seconds(1), 0.5 * free);
 }
 
+// Protects jaws and fingers from vessels that are kinked elsewhere: in a pelvis of 21 vessels these took all room.
+TEST(Wounds, JawsHoldAVesselHoweverManyOthersAreKinked) {
+  Patient p;
+  ASSERT_TRUE(open(p.vessels, {p.artery, 0.12}, 3e-7, {}, p.wounds));
+  Pinches kinked;
+  for (Pinch& kink : kinked.each) kink = {{p.vein, 0.03}, 0.5}, ++kinked.count;
+  p.pinches = kinked;
+  const double before = p.seconds(1);
+  int kinks = kMostPinches;
+  hold({{p.artery, 0.12}, 0}, kinks, p.pinches);
+  EXPECT_EQ(p.pinches.count, kMostPinches);
+  EXPECT_LT(p.seconds(1), 0.05 * before);
+  for (int i = 0; i < 2 * kMostPinches; ++i) hold({{p.artery, 0.12}, 0}, kinks, p.pinches);
+  EXPECT_EQ(kinks, 0);
+  for (const Pinch& pinch : p.pinches.each) EXPECT_EQ(pinch.opening, 0) << "and all have been given";
+}
+
 TEST(Wounds, ANeedlesHoleClosesWithinTheBleedingTimeAndACutDoesNot) {
   Patient p;
   ASSERT_TRUE(open(p.vessels, {p.artery, 0.05}, 2e-7, {}, p.wounds));

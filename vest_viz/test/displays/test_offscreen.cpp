@@ -189,6 +189,22 @@ TEST_F(Offscreen, BloodIsRedCharIsBlackCoagulatedIsPaleAndTheRestStaysAsItWas) {
   EXPECT_GT(pale[1] / pale[0], was[1] / was[0] + 0.03) << "less red";
 }
 
+// Protects coagulated tissue from white paint: it has lost its water, so it mirrors no lamp, and no exposure makes
+// it as bright as the lamp's image.
+TEST_F(Offscreen, CoagulatedTissueIsDryAndMirrorsNoLamp) {
+  load(sheet("liver"));
+  const auto white = [&](double gain) {
+    view.setFixedGain(gain);
+    cv::Mat least;
+    cv::extractChannel(picture(fromAbove(0.05)), least, 2);
+    return cv::countNonZero(least > 245);
+  };
+  const int wet = white(1);
+  mark(vest_msgs::TissueField::DAMAGE, 1, 0, 0.1);
+  EXPECT_GT(wet, 300) << "pixels";
+  for (const double gain : {1, 4, 8}) EXPECT_LT(white(gain), 10) << gain;
+}
+
 TEST_F(Offscreen, CutFaceShowsTheInsideColour) {
   vest_msgs::TissueTopology whole = sheet("uterus");
   load(whole);
@@ -310,6 +326,32 @@ TEST_F(Offscreen, PoolsAndFilmsAreExposedAndTheirReflectionsMove) {
   EXPECT_GT(moved(at(1, 1), at(1.4, 1)), 30) << "film that runs";
   film.set.assign(576, 255);
   EXPECT_LT(moved(at(1, 1), at(1.4, 1)), 10) << "and set";
+}
+
+// Protects drops of blood from being black beads before the blood they fall into.
+TEST_F(Offscreen, ADropOfBloodIsAsRedAsThePoolBelowIt) {
+  load(sheet("uterus"));
+  const Eigen::Isometry3d X_WO = fromAbove(0.06);
+  auto fluid = boost::make_shared<vest_msgs::FluidState>();
+  vest_msgs::FluidPool pool;
+  pool.origin.orientation.w = 1;
+  pool.origin.position.x = pool.origin.position.y = -0.024, pool.origin.position.z = 0.002;
+  pool.cell = 0.002, pool.columns = pool.rows = 24;
+  pool.height.assign(576, 0.0f), pool.depth.assign(576, 20), pool.blood.assign(576, 255);
+  fluid->pools = {pool};
+  const Vector3d place(0.006, 0.008, 0.006);
+  const auto red = [&] {
+    view.setFluid(boost::make_shared<vest_msgs::FluidState>(*fluid));
+    return colourAt(picture(X_WO), X_WO, place, 4)[0];
+  };
+  view.setFixedGain(0);
+  for (int k = 0; k < 80; ++k) static_cast<void>(red());  // until it is exposed
+  const double below = red();
+  fluid->particle_radius = 0.0015f;  // m, as of a session
+  for (const double x : {place.x(), place.y(), place.z()}) fluid->positions.push_back(static_cast<float>(x));
+  fluid->velocities = {0, 0, 0};
+  fluid->blood_fraction = {255};
+  EXPECT_GT(red(), 0.75 * below);
 }
 
 TEST_F(Offscreen, SmokeVeilsByBothMethods) {

@@ -89,6 +89,14 @@ struct Pinches {
   std::array<Pinch, kMostPinches> each{};
 };
 
+/// Adds what a tool holds shut. Without room it takes that of a kink. @param kinks left: the first of `pinches`
+inline void hold(const Pinch& pinch, int& kinks, Pinches& pinches) {
+  if (pinches.count < kMostPinches)
+    pinches.each[static_cast<std::size_t>(pinches.count++)] = pinch;
+  else if (kinks > 0)
+    pinches.each[static_cast<std::size_t>(--kinks)] = pinch;
+}
+
 /// An opening of `area` m² at a place; nearer than kSamePlace to another one it widens that. From kThrough of
 /// the lumen on the vessel is cut through: two stumps, and nothing flows past. `like` carries object, ring,
 /// knot. Where there is no room one that is wholly sealed makes it. False where there is none, or the place
