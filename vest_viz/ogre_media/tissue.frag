@@ -59,12 +59,12 @@ void main() {
   ground.rgb = mix(ground.rgb, vec3(0.30) + grey0 * vec3(0.62, 0.58, 0.52), 0.65 * state.w);
   ground.rgb = mix(ground.rgb, ground.rgb * vec3(0.56, 0.60, 0.80), blue * (1.0 - 0.25 * state.w));
   ground.rgb *= mix(vec3(1.0), vec3(1.06, 0.80, 0.80), blood_state.y);
-  ground.rgb = mix(ground.rgb, vec3(0.92, 0.86, 0.76) * (0.72 + 0.28 * relief.z), 0.88 * pale);
+  ground.rgb = mix(ground.rgb, vec3(0.80, 0.71, 0.60) * (0.66 + 0.34 * relief.z), 0.88 * pale);
   // Singed brown between the pale rim and the black eschar.
   float singed = smoothstep(0.12, 0.45, state.z + 0.5 * rough);
   ground.rgb = mix(ground.rgb, vec3(0.42, 0.24, 0.12), 0.75 * singed * (1.0 - burnt));
   ground.rgb = mix(ground.rgb, vec3(0.10, 0.085, 0.075) * (0.55 + 0.9 * speck.z), burnt);
-  wetness *= (1.0 - 0.99 * pale) * (1.0 - 0.8 * burnt);  // the lamp's image is 64 times white: hardly any is left
+  wetness *= (1.0 - pale) * (1.0 - pale) * (1.0 - 0.8 * burnt);  // the lamp's image is 64 times white
   slope += (speck.xy * 2.0 - 1.0) * (0.9 * burnt + 0.25 * pale);
   // Blood: thin films tint, deep ones hide what is below and lie smooth.
   // Set blood is dark and brown, and mirrors little.
@@ -102,6 +102,13 @@ void main() {
   float edge = (1.0 - h.z) * (1.0 - h.z);
   vec3 colour = albedo * (diffuse * shade + look.y * edge * vec3(0.30, 0.07, 0.05));
 
+  // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
+  float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));
+  // Matte tissue, however bright, stays below what picture/finish.cpp takes for the lamp's image (green of 224; here 0.9):
+  // its brightest places would be cut out in white.
+  float bright = colour.g * uv.z * lit, over = max(bright - 0.6, 0.0);
+  colour *= (bright - over + 0.3 * over / (over + 0.3)) / max(bright, 1e-4);
+
   float lobe = nh * nh;
   lobe *= lobe;
   lobe *= lobe;                                   // ^8
@@ -120,8 +127,6 @@ void main() {
   // A soft film everywhere; bright and slightly blue only where fluid stands.
   colour += wet * (soft * sheen + clamp(3.0 * ground.a - 0.8, 0.0, 1.0) * vec3(64.0, 67.2, 70.4) * sharp);
 
-  // What other tissue scatters reaches into the shadow all the same (nearly half; by eye).
-  float lit = 1.0 - 0.55 * max(hidden(cast0), hidden(cast1));
   // Close to 1 - exp(-x): highlights run into white softly.
   colour *= uv.z * lit;
   colour = 1.0 - 1.0 / (1.0 + colour * (1.0 + colour * (0.5 + 0.17 * colour)));
