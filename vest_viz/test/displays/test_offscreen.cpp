@@ -189,8 +189,8 @@ TEST_F(Offscreen, BloodIsRedCharIsBlackCoagulatedIsPaleAndTheRestStaysAsItWas) {
   EXPECT_GT(pale[1] / pale[0], was[1] / was[0] + 0.03) << "less red";
 }
 
-// Protects coagulated tissue from white paint: it has lost its water, so it mirrors no lamp, and no exposure makes
-// it as bright as the lamp's image.
+// Protects coagulated tissue from white paint: it has lost its water, so it mirrors no lamp, and no exposure
+// makes it as bright as the lamp's image.
 TEST_F(Offscreen, CoagulatedTissueIsDryAndMirrorsNoLamp) {
   load(sheet("liver"));
   const auto white = [&](double gain) {
