@@ -209,7 +209,8 @@ TEST(Wounds, JawsUpstreamStopItWhileTheyHoldAndTheClotHoldsUntilItIsTaken) {
   EXPECT_GT(p.seconds(1), 0.5 * free);
 }
 
-// Protects jaws and fingers from vessels that are kinked elsewhere: in a pelvis of 21 vessels these took all room.
+// Protects jaws and fingers from vessels that are kinked elsewhere: in a pelvis of 21 vessels these took all
+// room.
 TEST(Wounds, JawsHoldAVesselHoweverManyOthersAreKinked) {
   Patient p;
   ASSERT_TRUE(open(p.vessels, {p.artery, 0.12}, 3e-7, {}, p.wounds));

@@ -89,7 +89,8 @@ struct Pinches {
   std::array<Pinch, kMostPinches> each{};
 };
 
-/// Adds what a tool holds shut. Without room it takes that of a kink. @param kinks left: the first of `pinches`
+/// Adds what a tool holds shut. Without room it takes that of a kink. @param kinks left: the first of
+/// `pinches`
 inline void hold(const Pinch& pinch, int& kinks, Pinches& pinches) {
   if (pinches.count < kMostPinches)
     pinches.each[static_cast<std::size_t>(pinches.count++)] = pinch;
