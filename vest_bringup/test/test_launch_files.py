@@ -11,6 +11,10 @@ import xml.etree.ElementTree
 import yaml
 from roslaunch.config import load_config_default
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
+from ros_support import own_port  # noqa: E402
+
+own_port()  # a session of somebody at the usual master is none of ours
 LAUNCH = sys.argv.pop(1)
 TRAJECTORIES = os.path.join(LAUNCH, os.pardir, "trajectories")
 SCRIPTS = sorted(os.path.splitext(name)[0] for name in os.listdir(TRAJECTORIES))
