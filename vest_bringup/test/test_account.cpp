@@ -192,8 +192,8 @@ TEST(Account, FilmsOnWallAndOrganDryInDryGas) {
   EXPECT_GT(oldest(p.surface.state().age), 2.0f) << "s";
 }
 
-TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
-  Patient p("arterial_bleeding");
+/// Opens the artery at 0.6 of its length for half a second. @return m: its middle at 0.35, upstream
+Eigen::Vector3d openArtery(Patient& p) {
   std::size_t artery = 0;
   while (p.world.description().objects[artery].name != "artery") ++artery;
   const auto& tube = p.world.model().objects[artery].tube;
@@ -202,6 +202,12 @@ TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
   for (const auto k : ring) centre += p.world.knotAt(artery, k) / static_cast<double>(ring.size());
   p.openVessel("artery", 0.6 * tube.length(), 1e-6);
   p.run(0.5);
+  return centre;
+}
+
+TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
+  Patient p("arterial_bleeding");
+  const Eigen::Vector3d centre = openArtery(p);
   const auto leak = [&] { return p.blood.wounds().openings[0].flow; };
   const double before = leak();
   ASSERT_GT(before, 1e-7);
@@ -231,14 +237,7 @@ TEST(Account, AGrasperOnTheArteryStopsTheHoleBehindItWhileItHolds) {
 // Protects that whatever presses on a vessel shuts it, as a finger does: here a closed grasper's shaft.
 TEST(Account, AShaftPressedAcrossTheArteryStopsTheHoleBehindItWhileItPresses) {
   Patient p("arterial_bleeding");
-  std::size_t artery = 0;
-  while (p.world.description().objects[artery].name != "artery") ++artery;
-  const auto& tube = p.world.model().objects[artery].tube;
-  const auto& ring = tube.knots(tube.nearestRing(tube.station(0) + 0.35 * tube.length()));
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const auto k : ring) centre += p.world.knotAt(artery, k) / static_cast<double>(ring.size());
-  p.openVessel("artery", 0.6 * tube.length(), 1e-6);
-  p.run(0.5);
+  const Eigen::Vector3d centre = openArtery(p);
   const auto beat = [&] {  // m³ through the hole in a second
     const double so_far = p.at_holes;
     p.run(1.0);
