@@ -85,19 +85,20 @@ class Modeller(unittest.TestCase):
 
         bag = os.path.join(self.folder, "edits.bag")
         with rosbag.Bag(bag, "w") as file:
-            for message in late + late:  # a recorder that came twice
+            for message in late[1:2] + late + late:  # a recorder that came while an edit went out, and again later
                 file.write("/vest/model/edits", message)
         again = os.path.join(self.folder, "again")
         replay = subprocess.run(["rosrun", "vest_bringup", "vest_replay_model", bag, "-o", again], capture_output=True, text=True, check=False)
         self.assertEqual(replay.returncode, 0, replay.stderr)
         self.assertIn("5 edits, document " + late[-1].hash, replay.stdout)
         self.assertIn("scene " + saved.scene_hash, replay.stdout)
-        with rosbag.Bag(bag, "w") as file:
-            for message in late[:1] + late[2:]:
-                file.write("/vest/model/edits", message)
-        replay = subprocess.run(["rosrun", "vest_bringup", "vest_replay_model", bag], capture_output=True, text=True, check=False)
-        self.assertEqual(replay.returncode, 1)
-        self.assertIn("edits are missing", replay.stderr)
+        for messages, why in ((late[:1] + late[2:], "edits are missing"), (late[1:], "no open before it"), (late[2:3] + late[:2], "no open before it")):
+            with rosbag.Bag(bag, "w") as file:
+                for message in messages:
+                    file.write("/vest/model/edits", message)
+            replay = subprocess.run(["rosrun", "vest_bringup", "vest_replay_model", bag], capture_output=True, text=True, check=False)
+            self.assertEqual(replay.returncode, 1)
+            self.assertIn(why, replay.stderr)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ namespace vest::session {
 
 std::optional<modelling::Session> replayDrawing(const std::string& bag) {
   std::optional<modelling::Session> drawing;
+  std::optional<vest_msgs::ModelEdit> early;  // whoever came while an edit went out has it before all of them
   BagReader reader(bag);
   reader.read([&](const BagMessage& message) {
     if (!endsWith(message.connection.topic, "model/edits")) return;
@@ -39,7 +40,10 @@ std::optional<modelling::Session> replayDrawing(const std::string& bag) {
                         modelling::readMaterials(material::databasePath()));
       });
     } else {
-      if (!drawing) refuse("no open before it");
+      if (!drawing) {
+        early = edit;
+        return;
+      }
       const std::uint64_t known = drawing->log().back().seq;
       if (edit.seq <= known && drawing->log()[edit.seq].hash == edit.hash) return;
       if (edit.seq != known + 1) refuse("it follows " + std::to_string(known) + ": edits are missing");
@@ -52,6 +56,12 @@ std::optional<modelling::Session> replayDrawing(const std::string& bag) {
     if (drawing->hash() != edit.hash)
       refuse("hash " + files::shown(edit.hash) + "; the source's is " + drawing->hash());
   });
+  const auto told = [&] {
+    return drawing && early->seq < drawing->log().size() && drawing->log()[early->seq].hash == early->hash;
+  };
+  if (early && !told())
+    throw std::invalid_argument(bag + ": model/edits " + std::to_string(early->seq) +
+                                ": no open before it, and none after it with all edits up to it");
   return drawing;
 }
 
