@@ -80,6 +80,14 @@ bool number16(const DataSet& data, const Tag& tag, std::uint32_t& to) {
   return true;
 }
 
+/// A number that only notes need: 0 where it is none.
+std::int32_t count(const DataSet& data, const Tag& tag) {
+  double value = 0;
+  return files::parseNumber(textOf(data, tag), value) && value >= 1 && value <= 1e6
+             ? static_cast<std::int32_t>(value)
+             : 0;
+}
+
 template <std::size_t N>
 void keep(char (&to)[N], const std::string& text) {
   std::memset(to, 0, N);
@@ -192,6 +200,7 @@ void readImage(const DataSet& data, FrameHeader& h) {
   keep(h.series, textOf(data, Tag(0x0020, 0x000e)));
   keep(h.phase, textOf(data, Tag(0x0020, 0x0100)) + "/" + textOf(data, Tag(0x0018, 0x0086)));
   keep(h.acquisition, textOf(data, Tag(0x0020, 0x0012)));
+  h.number = count(data, Tag(0x0020, 0x0013)), h.of = count(data, Tag(0x0020, 0x1002));
   h.localizer = textOf(data, Tag(0x0008, 0x0008)).find("LOCALIZER") != std::string::npos;
   readPadding(data, h);
 }

@@ -22,6 +22,7 @@ struct FrameHeader {
   double spacing[2];                      ///< mm between rows, between columns
   double thickness;                       ///< mm; 0: not said
   double slope, intercept;
+  std::int32_t number, of;  ///< instance number, images in acquisition; 0: not said
   std::int64_t padding[2];  ///< stored values, in either order
 };
 

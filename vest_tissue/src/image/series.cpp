@@ -87,6 +87,21 @@ double along(const FrameHeader& f, const Vector3d& normal) {
   return normal.dot(vectorOf(f.position));
 }
 
+/// What is missing at an end leaves the others evenly apart: the pictures' numbers alone tell of it.
+void noteEnds(Series& series) {
+  std::int32_t first = series.frames.front().number, last = 0, of = 0;
+  for (const FrameHeader& f : series.frames) {
+    if (f.frames > 1 || f.number == 0) return;
+    first = std::min(first, f.number), last = std::max(last, f.number), of = std::max(of, f.of);
+  }
+  const auto count = static_cast<std::int32_t>(series.frames.size());
+  if (of > 0 ? of <= count : first == 1) return;  // phases may be numbered on
+  series.notes.push_back(
+      "missing slice at an end? " + std::to_string(count) + " pictures, numbered " + std::to_string(first) +
+      " to " + std::to_string(last) +
+      (of > count ? "; the acquisition has " + std::to_string(of) : std::string()));
+}
+
 /// Whether several acquisitions lie at the same places.
 bool phases(const Group& group, std::vector<Group>& split) {
   std::map<std::string, Group> by;
@@ -172,6 +187,7 @@ Series chooseSeries(const std::string& path, const std::vector<std::string>& fil
   const FrameHeader &first = chosen.frames.front(), &last = chosen.frames.back();
   if (first.frames > 1 && along(first, normal) == along(last, normal))
     refuse(files[first.file] + ": no position for each frame of a multi-frame file");
+  noteEnds(chosen);
   return chosen;
 }
 

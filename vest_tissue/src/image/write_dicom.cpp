@@ -39,7 +39,7 @@ struct Picture {
   bool is_signed = false, has_position = true, has_spacing = true, has_frame_groups = true;
   std::uint16_t stored_bits = 16;
   std::optional<int> padding, padding_limit;
-  int number = 1, series = 1, acquisition = 1;
+  int number = 1, of = 1, series = 1, acquisition = 1;
   std::string photometric = "MONOCHROME2", image_type = "ORIGINAL\\PRIMARY\\AXIAL", sop = kCt;
   TransferSyntax::TSType syntax = TransferSyntax::ExplicitVRLittleEndian;
 };
@@ -139,6 +139,7 @@ void putImage(DataSet& data, const Picture& p) {
   put(data, Tag(0x0020, 0x000e), VR::UI, uid(p.series, 0));
   put(data, Tag(0x0020, 0x0012), VR::IS, std::to_string(p.acquisition));
   put(data, Tag(0x0020, 0x0013), VR::IS, std::to_string(p.number));
+  put(data, Tag(0x0020, 0x1002), VR::IS, std::to_string(p.of));
   put16(data, Tag(0x0028, 0x0002), colour ? 3 : 1);
   if (colour) put16(data, Tag(0x0028, 0x0006), 0);
   put(data, Tag(0x0028, 0x0004), VR::CS, p.photometric);
@@ -257,6 +258,8 @@ const std::vector<Fault>& table() {
          a.erase(a.begin() + static_cast<long>(a.size() / 2),
                  a.begin() + static_cast<long>(a.size() / 2 + 3));
        }},
+      {"no_first", "the first slice is not there", [](Pictures& a) { a.erase(a.begin()); }},
+      {"no_last", "the last slice is not there", [](Pictures& a) { a.pop_back(); }},
       {"duplicate", "one slice twice", [](Pictures& a) { add(a, a.size() / 2, 1, [](Picture&) {}); }},
       {"contradiction", "two different slices at one place",
        [](Pictures& a) { add(a, a.size() / 2, 1, [](Picture& p) { p.values[0] += 1; }); }},
@@ -352,7 +355,7 @@ void writeDicom(const Volume& volume, const std::string& folder, const std::stri
     p.values.assign(first, first + volume.layer());
     p.positions = {1e3 * volume.slices[k].position};
     p.column_spacing = spacing[0], p.row_spacing = spacing[1], p.thickness = spacing[2];
-    p.number = static_cast<int>(k + 1);
+    p.number = static_cast<int>(k + 1), p.of = static_cast<int>(volume.size[2]);
     pictures.push_back(std::move(p));
   }
   found->change(pictures);

@@ -78,6 +78,17 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"multi_frame_no_position", "no position", "I0001"}, Refusal{"colour", "colour", "I0001"},
         Refusal{"no_position", "no position", "I0001"}, Refusal{"no_spacing", "no pixel spacing", "I0001"}));
 
+TEST(Dicom, ASliceThatIsMissingAtAnEndIsNotedByTheNumbersOfTheOthers) {
+  for (const char* const fault : {"no_first", "no_last"}) {
+    const Volume v = readFault(fault);
+    EXPECT_EQ(v.size[2], 11u);
+    EXPECT_TRUE(noted(v, "missing slice at an end? 11 pictures, numbered ")) << fault;
+    EXPECT_TRUE(noted(v, "the acquisition has 12")) << fault;
+  }
+  EXPECT_FALSE(noted(readFault("none"), "missing"));
+  EXPECT_FALSE(noted(readFault("duplicate"), "missing"));
+}
+
 TEST(Dicom, OrderIsThatOfPlacesWhateverTheNames) {
   const SeriesFolder files(head(), "none");
   namespace fs = std::filesystem;
