@@ -15,6 +15,10 @@ QStringList shipped(const std::string& package, const std::string& folder) {
   return place.entryList(QDir::Dirs | QDir::NoDotAndDotDot, QDir::Name);
 }
 
+QString sessionNamespace(const std::string& own) {
+  return own.empty() || own == "/" ? "/vest" : QString::fromStdString(own);
+}
+
 BasePanel::~BasePanel() {
   // A box that loses the focus with the panel says that it was edited.
   for (QObject* const child : findChildren<QObject*>()) child->disconnect(this);
@@ -34,7 +38,8 @@ void BasePanel::load(const rviz::Config& config) {
 
 void BasePanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
-  config.mapSetValue("Namespace", namespace_);
+  if (namespace_ != sessionNamespace(ros::this_node::getNamespace()))
+    config.mapSetValue("Namespace", namespace_);
 }
 
 void BasePanel::inView(std::function<void()> action) {

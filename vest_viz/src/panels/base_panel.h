@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <ros/node_handle.h>
+#include <ros/this_node.h>
 #include <rviz/config.h>
 #include <rviz/panel.h>
 #include <QStringList>
@@ -18,8 +19,12 @@ namespace vest::panels {
 /// Folders of a package's folder by name, such as the scenes that are shipped.
 QStringList shipped(const std::string& package, const std::string& folder);
 
-/// What all panels of VEST share: a namespace (saved with the rviz configuration, `/vest`), and service calls
-/// that never hold up the view. Messages arrive in the view's own thread.
+/// The session that a panel shows by default. @param own rviz's own namespace, e.g. "/left" @return own, but
+/// "/vest" for "/" and "", where no session is
+QString sessionNamespace(const std::string& own);
+
+/// What all panels of VEST share: a namespace (rviz's own by default; another one is saved with the rviz
+/// configuration), and service calls that never hold up the view. Messages arrive in the view's own thread.
 class BasePanel : public rviz::Panel {
  public:
   explicit BasePanel(QWidget* parent = nullptr) : rviz::Panel(parent) { setMinimumWidth(kLeastWidth); }
@@ -51,7 +56,7 @@ class BasePanel : public rviz::Panel {
   /// Pixels; without it a text that grows would push the docks beside it.
   static constexpr int kLeastWidth = 420;
 
-  QString namespace_ = "/vest";
+  QString namespace_ = sessionNamespace(ros::this_node::getNamespace());
   std::vector<std::unique_ptr<Call>> calls_;
 };
 

@@ -13,13 +13,16 @@
 
 #include <QApplication>
 #include <QComboBox>
+#include <QDir>
 #include <QDoubleSpinBox>
 #include <QLabel>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QTableWidget>
 
+#include <ros/package.h>
 #include <ros/ros.h>
+#include <rviz/yaml_config_reader.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <vest_msgs/ExchangeTool.h>
@@ -498,6 +501,26 @@ TEST(AllPanels, KeepTheirNamespaceAndSurviveAHundredLives) {
   QString name;
   ASSERT_TRUE(saved.mapGetString("Namespace", &name));
   EXPECT_EQ(name, "/second");
+}
+
+TEST(AllPanels, ShowTheSessionOfRvizsOwnNamespace) {
+  EXPECT_EQ(sessionNamespace("/left"), "/left");
+  EXPECT_EQ(sessionNamespace("/"), "/vest") << "rviz started by hand";
+  SessionPanel panel;
+  rviz::Config saved;
+  panel.save(saved);
+  QString name;
+  EXPECT_FALSE(saved.mapGetString("Namespace", &name)) << "a configuration saved here serves any namespace";
+  const QDir folder(QString::fromStdString(ros::package::getPath("vest_viz") + "/rviz"));
+  for (const QString& file : folder.entryList({"*.rviz"})) {
+    rviz::YamlConfigReader reader;
+    rviz::Config shipped;
+    reader.readFile(shipped, folder.filePath(file));
+    ASSERT_FALSE(reader.error()) << file.toStdString();
+    const rviz::Config panels = shipped.mapGetChild("Panels");
+    for (int i = 0; i < panels.listLength(); ++i)
+      EXPECT_FALSE(panels.listChildAt(i).mapGetString("Namespace", &name)) << file.toStdString();
+  }
 }
 
 }  // namespace
