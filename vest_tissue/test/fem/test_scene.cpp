@@ -155,9 +155,14 @@ struct Dense {
       if (i % 3 == 1) f[i] += -9.0 * M(i, i);
     }
     for (const Load& l : d.loads) f.segment<3>(3 * l.node) += l.force;
-    K = Eigen::MatrixXd(K(free, free));
-    M = Eigen::MatrixXd(M(free, free));
-    f = Eigen::VectorXd(f(free));
+    const auto size = static_cast<Eigen::Index>(free.size());
+    const auto at = [this](Eigen::Index i) { return free[static_cast<std::size_t>(i)]; };
+    const auto ofFree = [&](const Eigen::MatrixXd& all) {  // Eigen 3.3 takes no list of indices
+      return Eigen::MatrixXd(Eigen::MatrixXd::NullaryExpr(
+          size, size, [&](Eigen::Index i, Eigen::Index j) { return all(at(i), at(j)); }));
+    };
+    K = ofFree(K), M = ofFree(M);
+    f = Eigen::VectorXd(Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index i) { return f[at(i)]; }));
   }
   double difference(const Description& d, const std::vector<Eigen::Vector3d>& x,
                     const Eigen::VectorXd& u) const {
