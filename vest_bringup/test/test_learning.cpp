@@ -244,10 +244,10 @@ vest_input toC(const scene::StepInput& input) {
     const scene::ToolInput& t = input.tools[i];
     c.tools[i].present = t.present ? 1 : 0, c.tools[i].tool = static_cast<std::int32_t>(t.tool);
     c.tools[i].functions = t.functions, c.tools[i].jaw = t.jaw;
-    std::copy(t.position.begin(), t.position.end(), c.tools[i].position);
-    std::copy(t.pivot.begin(), t.pivot.end(), c.tools[i].pivot);
-    std::copy(t.sight.begin(), t.sight.end(), c.tools[i].sight);
-    std::copy(t.orientation.coeffs().begin(), t.orientation.coeffs().end(), c.tools[i].orientation);
+    std::copy_n(t.position.data(), 3, c.tools[i].position);
+    std::copy_n(t.pivot.data(), 3, c.tools[i].pivot);
+    std::copy_n(t.sight.data(), 3, c.tools[i].sight);
+    std::copy_n(t.orientation.coeffs().data(), 4, c.tools[i].orientation);
   }
   return c;
 }

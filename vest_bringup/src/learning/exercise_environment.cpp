@@ -288,7 +288,7 @@ void ExerciseEnvironment::observe(float* out) const {
     number(h.joints.yaw), number(h.joints.pitch), number(kCm * h.joints.insertion);
     number(h.joints.roll), number(h.joints.jaw);
     place(now.position);
-    for (const double q : now.orientation.coeffs()) number(q);
+    for (int i = 0; i < 4; ++i) number(now.orientation.coeffs()[i]);
     for (const double f : h.force) number(f);
     number(h.pinch), number(static_cast<double>(h.holds)), number(static_cast<double>(now.tool));
   }

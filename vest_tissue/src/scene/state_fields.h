@@ -151,13 +151,13 @@ struct Walk {
  private:
   template <class T>
   void one(Rule<T>& r) const {
-    visit(archive, r);
+    scene::visit(archive, r);  // an unnamed one would be std::visit, too, where T is of the library
   }
   template <class T>
   void one(Derived<T>&) const {}
   template <class T>
   void one(T& v) const {
-    visit(archive, Rule<T>(v));
+    scene::visit(archive, Rule<T>(v));
   }
 };
 
@@ -191,7 +191,7 @@ void entries(A& a, T* first, std::size_t count, const Limits& l) {
   } else {
     Limits each = l;
     each.size = kAny, each.part = each.fixed = false;
-    for (std::size_t i = 0; i < count; ++i) visit(a, Rule<T>(first[i], each));
+    for (std::size_t i = 0; i < count; ++i) scene::visit(a, Rule<T>(first[i], each));
   }
 }
 

@@ -111,7 +111,7 @@ TEST(Energy, ExactTangentIsTheDerivativeOfTheForces) {
   Scratch scratch(*model, 1);
   Random random(8);
   Eigen::VectorXd direction(3 * static_cast<Eigen::Index>(model->free_node.size()));
-  for (auto& value : direction) value = random();
+  for (Eigen::Index i = 0; i < direction.size(); ++i) direction[i] = random();
   const double h = 1e-6;
   Eigen::VectorXd change = Eigen::VectorXd::Zero(direction.size());
   for (const double sign : {-1.0, 1.0}) {

@@ -36,7 +36,7 @@ TEST(Skyline, SolvesWhatADenseFactorSolves) {
     }
   }
   Eigen::VectorXd right(3 * kKnots);
-  for (double& r : right) r = value(random);
+  for (Eigen::Index i = 0; i < right.size(); ++i) right[i] = value(random);
   const Eigen::VectorXd expected = dense.llt().solve(right);
   ASSERT_TRUE(sparse.factor());
   sparse.solve(right.data());

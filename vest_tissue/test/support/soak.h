@@ -25,9 +25,13 @@ class Soak {
 
   /// Now and then, at a simulated time. The first is taken when all has run once.
   void sample(double hours) {
+#if __GLIBC_PREREQ(2, 33)
     const struct mallinfo2 info = ::mallinfo2();
+#else
+    const struct mallinfo info = ::mallinfo();
+#endif
     samples_.push_back(
-        {hours, static_cast<double>(info.uordblks + info.hblkhd), residentBytes(), openDescriptors()});
+        {hours, static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd), residentBytes(), openDescriptors()});
   }
 
   void judge() const {

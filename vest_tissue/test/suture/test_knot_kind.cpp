@@ -153,7 +153,7 @@ TEST(KnotKind, WhatIsTooTangledIsNotTold) {
   std::vector<Vector3d> nodes;
   for (int k = 0; k < 200; ++k) {
     nodes.emplace_back();
-    for (double& x : nodes.back()) x = random() / 4294967296.0;
+    for (int i = 0; i < 3; ++i) nodes.back()[i] = random() / 4294967296.0;
   }
   EXPECT_EQ(kindOf(nodes).determinant, 0);
 }

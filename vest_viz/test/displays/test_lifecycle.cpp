@@ -69,7 +69,11 @@ std::map<std::string, int> ownResources() {
 /// KiB of the heap in use, in all arenas; the software renderer's textures and buffers are among it.
 double heapKiB() {
   QPixmapCache::clear();  // a timer of Qt's empties it in its own time
+#if __GLIBC_PREREQ(2, 33)
   const struct mallinfo2 heap = mallinfo2();
+#else
+  const struct mallinfo heap = mallinfo();
+#endif
   return static_cast<double>(heap.uordblks + heap.hblkhd) / 1024;
 }
 
