@@ -22,7 +22,8 @@ void onSignal(int) {
 }
 
 void onStuck(int) {
-  constexpr char kText[] = "haptics: not ended within 5 s (a call of the device that hangs, or a busy machine): ended now\n";
+  constexpr char kText[] =
+      "haptics: not ended within 5 s (a call of the device that hangs, or a busy machine): ended now\n";
   if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) ::_exit(4);
   ::_exit(3);
 }

@@ -96,10 +96,9 @@ void noteEnds(Series& series) {
   }
   const auto count = static_cast<std::int32_t>(series.frames.size());
   if (of > 0 ? of <= count : first == 1) return;  // phases may be numbered on
-  series.notes.push_back(
-      "missing slice at an end? " + std::to_string(count) + " pictures, numbered " + std::to_string(first) +
-      " to " + std::to_string(last) +
-      (of > count ? "; the acquisition has " + std::to_string(of) : std::string()));
+  series.notes.push_back("missing slice at an end? " + std::to_string(count) + " pictures, numbered " +
+                         std::to_string(first) + " to " + std::to_string(last) +
+                         (of > count ? "; the acquisition has " + std::to_string(of) : std::string()));
 }
 
 /// Whether several acquisitions lie at the same places.

@@ -30,8 +30,8 @@ class Soak {
 #else
     const struct mallinfo info = ::mallinfo();
 #endif
-    samples_.push_back(
-        {hours, static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd), residentBytes(), openDescriptors()});
+    samples_.push_back({hours, static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd),
+                        residentBytes(), openDescriptors()});
   }
 
   void judge() const {
