@@ -19,6 +19,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "vest_instruments/files/read.h"
 
 namespace vest::image {
@@ -266,7 +268,18 @@ Account accountOfNifti(const std::string& path) {
   };
   finite("pixdim", 76, 4);
   if (number(252, std::int16_t{0}) > 0) finite("quatern or qoffset", 256, 6);
-  if (number(254, std::int16_t{0}) > 0) finite("srow", 280, 12);
+  if (number(254, std::int16_t{0}) > 0) {
+    finite("srow", 280, 12);
+    // ITK 4 makes right angles of whatever it finds, ITK 5 refuses.
+    const auto column = [&](std::size_t c) {
+      return Eigen::Vector3d(number(280 + 4 * c, 0.0f), number(296 + 4 * c, 0.0f), number(312 + 4 * c, 0.0f));
+    };
+    for (std::size_t a = 0; a < 3 && number(252, std::int16_t{0}) <= 0; ++a) {
+      const Eigen::Vector3d one = column(a), next = column((a + 1) % 3);
+      if (std::abs(one.dot(next)) > 1e-3 * one.norm() * next.norm())
+        throw std::runtime_error("srow: its directions are not orthonormal");
+    }
+  }
   const float begin = number(108, 0.0f);
   if (!(begin >= 348 && begin <= 1e9f)) throw std::runtime_error("vox_offset: must be at least 348");
   const int axes = number(40, std::int16_t{0});
@@ -297,7 +310,9 @@ itk::ImageIOBase::Pointer readerOf(Format format) {
 /// A reader with its header read.
 itk::ImageIOBase::Pointer open(const std::string& path) {
   const auto io = readerOf(formatOf(path));
-  if (!io->CanReadFile(path.c_str())) throw std::runtime_error("is no file of its ending");
+  // Of NRRD ITK 4 asks for an ending in small letters, no more.
+  if (formatOf(path) != Format::Nrrd && !io->CanReadFile(path.c_str()))
+    throw std::runtime_error("is no file of its ending");
   io->SetFileName(path);
   io->ReadImageInformation();
   return io;
