@@ -23,7 +23,8 @@ void onSignal(int) {
 
 void onStuck(int) {
   constexpr char kText[] =
-      "haptics: not ended within 5 s (a call of the device hangs, or the machine is busy): ended without it\n";
+      "haptics: not ended within 5 s (a call of the device hangs, or the machine is busy): ended without "
+      "it\n";
   if (::write(STDERR_FILENO, kText, sizeof kText - 1) < 0) ::_exit(4);
   ::_exit(3);
 }
