@@ -108,6 +108,7 @@ TEST(Files, YamlIsOneDocumentWithoutAnchorsTagsAndEndlessLists) {
   says(yaml("a: 1\n---\n[\n"), "document");
   says(yaml("a: {b:"), "end of map flow");  // yaml-cpp 0.6 never ended, of the next neither
   says(yaml("a:\n  [b:]\n"), "2: document: ':]'");
+  says(yaml("a: [b:\x04\n"), "1: document: a control character");
   says(yaml("a: &x 1\n"), "1: document: an anchor");
   says(yaml("a: 1\nb: *x\n"), "document");
   says(yaml("a: !!binary 1\n"), "the tag");
