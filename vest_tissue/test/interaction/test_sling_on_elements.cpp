@@ -306,9 +306,7 @@ TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
                                     [](const auto& e) { return e.kind == scene::EventKind::Cut; });
     EXPECT_GE(cuts, 1) << nameOf(kind);
     EXPECT_LT(t.section(), 1.1 * section) << nameOf(kind);
-    // How the cut runs through elements depends on the compiler's rounding, and so how long the flap swings.
-    for (int quarter = 1; quarter < 4 && t.fastest() >= 0.02; ++quarter) t.run(250);
-    EXPECT_LT(t.fastest(), 0.02) << "m/s, within a second";
+    EXPECT_LT(t.fastest(), 0.02) << "m/s";
   }
 }
 
