@@ -63,10 +63,10 @@ bool TissueInput::takeFields(boost::shared_ptr<const Message>* message) {
 
 bool TissueInput::recall(const vest_msgs::TissueState& state) {
   const std::uint32_t now = store_.topology().revision;
-  // A state that was overtaken by a delta is older by its revision, but not by its step.
-  if (!store_.empty() &&
-      (state.revision == now || (state.revision < now && states_ > 0 && state.step >= step_)))
-    return false;
+  // A state that was overtaken by a delta is older by its revision, but not by its step. States come in their
+  // order: after one of the newer revision, an older revision is no longer overtaken.
+  const bool overtaken = state.revision < now && states_ > 0 && state.step >= step_ && state_revision_ != now;
+  if (!store_.empty() && (state.revision == now || overtaken)) return false;
   vest_msgs::TissueTopology::ConstPtr topology;
   std::vector<vest_msgs::TissueTopologyDelta::ConstPtr> deltas;
   if (!history_.find(state.revision, &topology, &deltas)) return false;
@@ -106,6 +106,7 @@ bool TissueInput::process() {
     if (judge(store_.setState(newest_->revision, newest_->positions.data(), newest_->positions.size()))) {
       header_ = newest_->header;
       step_ = newest_->step;
+      state_revision_ = newest_->revision;
       time_ = newest_->time;
       ++states_;
     } else {

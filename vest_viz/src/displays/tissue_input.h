@@ -72,6 +72,7 @@ class TissueInput {
   vest_msgs::SurfaceBleeding::ConstPtr newest_surface_;
   TissueHistory history_;
   std::uint64_t step_ = 0;
+  std::uint32_t state_revision_ = 0;  ///< of the state shown; counts from the first state on
   double time_ = 0;
   mesh::Store store_;
   std_msgs::Header header_;

@@ -399,30 +399,28 @@ double tipError(const vest_msgs::Keypoints& keypoints, const sensor_msgs::Camera
 TEST_F(Displays, FlowIsTheReprojectedMotionSinceThePictureBefore) {
   ASSERT_TRUE(world->run(6));
   world->all_keypoints.clear(), world->flows.clear(), world->labels.clear();
-  ASSERT_TRUE(world->runMoving(moving, 16));
-  const vest::camera::Intrinsics camera = cameraOf(*world->last_info);
   int pictures = 0, on_ball = 0, on_cavity = 0;
   double largest = 0;
   unsigned random = 1;
   const auto& all = world->all_keypoints;
-  // The last one may be drawn again, with its flow here and its keypoints not yet.
-  for (std::size_t i = 2; i + 1 < all.size(); ++i) {
+  const auto judge = [&](std::size_t i) {
     // Each picture with ground truth has its keypoints: those before are of the picture before.
     const ros::Time now = all[i]->header.stamp, before = all[i - 1]->header.stamp;
-    if (now == before || !world->flows.count(now) || !world->labels.count(now)) continue;
+    if (now == before || !world->flows.count(now) || !world->labels.count(now)) return;
     // Unless keypoints were lost on their way, or a state was drawn again: this test was held up, and tissue
     // that stands still is shown with the instruments as they are by then.
     bool whole = true;
     for (const std::size_t k : {i - 1, i, i + 1})
       whole = whole && all[k]->header.seq == all[k - 1]->header.seq + 1;
-    if (!whole || all[i - 2]->header.stamp == before || all[i + 1]->header.stamp == now) continue;
+    if (!whole || all[i - 2]->header.stamp == before || all[i + 1]->header.stamp == now) return;
     ASSERT_EQ(world->shown.count(now) + world->shown.count(before), 2u);
     const Moment &is = world->shown[now], &was = world->shown[before];
     // Held up before it was drawn, a state stands still by then, too: its instruments tell.
     if (tipError(*all[i], *world->last_info, is.left - is.eye) > 0.5 ||
         tipError(*all[i - 1], *world->last_info, was.left - was.eye) > 0.5)
-      continue;
+      return;
     ++pictures;
+    const vest::camera::Intrinsics camera = cameraOf(*world->last_info);
     for (int k = 0; k < 60; ++k) {
       random = random * 1664525u + 1013904223u;
       const int u = 90 + static_cast<int>((random >> 8) % 540),
@@ -443,6 +441,12 @@ TEST_F(Displays, FlowIsTheReprojectedMotionSinceThePictureBefore) {
       largest = std::max(largest, std::hypot(u - pixel.x(), v - pixel.y()));
       (label == 1 ? on_ball : on_cavity) += 1;
     }
+  };
+  std::size_t next = 2;
+  for (int round = 0; round < 10 && pictures < 4; ++round) {
+    ASSERT_TRUE(world->runMoving(moving, all.size() + 16));
+    // The last one may be drawn again, with its flow here and its keypoints not yet.
+    for (; next + 1 < all.size(); ++next) judge(next);
   }
   EXPECT_GT(pictures, 3);
   EXPECT_GT(on_ball, 10 * pictures / 4);
@@ -477,13 +481,29 @@ TEST_F(Displays, KeypointsLieWhereThePoseProjects) {
 TEST_F(Displays, KeypointsOfAMovingInstrumentLieWhereItWasAtThePicturesStamp) {
   ASSERT_TRUE(world->run(6));
   world->all_keypoints.clear();
-  ASSERT_TRUE(world->runMoving(moving, 12));
-  for (std::size_t i = 2; i < world->all_keypoints.size(); ++i) {
-    const vest_msgs::Keypoints& m = *world->all_keypoints[i];
-    ASSERT_EQ(world->shown.count(m.header.stamp), 1u);
-    const Moment& now = world->shown[m.header.stamp];
-    expectTip(m, *world->last_info, now.left - now.eye);
+  const auto& all = world->all_keypoints;
+  std::size_t next = 2;
+  int at_its_stamp = 0;
+  for (int round = 0; round < 10 && at_its_stamp < 8; ++round) {
+    ASSERT_TRUE(world->runMoving(moving, all.size() + 12));
+    for (; next < all.size(); ++next) {
+      const ros::Time stamp = all[next]->header.stamp;
+      ASSERT_EQ(world->shown.count(stamp), 1u);
+      // Where this test was held up, tissue stands still, and is shown with the newest instruments: one of
+      // those that were published more than 0.1 s after it.
+      const auto error = [&](const Moment& now) {
+        return tipError(*all[next], *world->last_info, now.left - now.eye);
+      };
+      double newest = 1e9;
+      for (ros::Time t = stamp + ros::Duration(0.1); t < world->told; t += ros::Duration(0.001))
+        newest = std::min(newest, error(moving(t.toSec())));
+      const Moment& then = world->shown[stamp];
+      if (newest < 1 && error(then) > 1) continue;
+      expectTip(*all[next], *world->last_info, then.left - then.eye);
+      ++at_its_stamp;
+    }
   }
+  EXPECT_GE(at_its_stamp, 8);
 }
 
 TEST_F(Displays, GarbageIsSurvivedAndTheNextGoodStateIsShown) {

@@ -61,6 +61,21 @@ TEST(TissueInput, AStateThatADeltaOvertookIsDroppedAndDoesNotTurnTheClockBack) {
   EXPECT_EQ(input.step(), 4002u);
 }
 
+TEST(TissueInput, ALateStateOfTheOldTopologyDoesNotKeepTheNewOneAway) {
+  TissueInput input;
+  play(&input);
+  input.add(whole(1));        // the world went back,
+  input.add(state(3, 3600));  // and the last state from before it comes by another connection
+  input.process();
+  for (std::uint64_t step : {3700u, 3800u}) {
+    input.add(state(1, step));
+    input.process();
+    EXPECT_EQ(cutLinks(input), 1);
+    EXPECT_EQ(input.step(), step);
+  }
+  EXPECT_TRUE(input.problem().empty()) << input.problem();
+}
+
 TEST(TissueInput, AnUnknownRevisionWaitsForAWholeTopology) {
   TissueInput input;
   play(&input);
