@@ -259,50 +259,58 @@ StepReport step(const Model& model, const Inputs& inputs, double dt, State& stat
   shared.remaining = dt;
   shared.rate = before.rate;
 
-#pragma omp parallel num_threads(scratch.threads) if (scratch.threads > 1)
-  {
+  const auto plan = [&] { planSubstep(model, inputs, state, scratch, shared); };
+  const auto findFluxes = [&](int part) {
+    for (int k = scratch.segment_range[part]; k < scratch.segment_range[part + 1]; ++k) {
+      const double rate = kernels.fluxes(view(model, k, state, scratch), shared.dt);
+      scratch.rate[part] = std::max(scratch.rate[part], rate);
+      for (int i = 0; i < inputs.closure_count; ++i) {
+        if (inputs.closures[i].segment == k) applyClosure(model, inputs, i, scratch);
+      }
+    }
+  };
+  const auto solveNodes = [&](int part) {
+    for (int n = scratch.node_range[part]; n < scratch.node_range[part + 1]; ++n) {
+      const double rate = solveNode(model, inputs, n, shared.inflow, shared.dt, state, scratch);
+      if (rate < 0 && scratch.failed_segment[part] < 0)
+        scratch.failed_segment[part] = model.branches[model.nodes[n].first_branch].segment;
+      scratch.rate[part] = std::max(scratch.rate[part], rate);
+    }
+  };
+  const auto updateCells = [&](int part) {
+    for (int k = scratch.segment_range[part]; k < scratch.segment_range[part + 1]; ++k) {
+      kernels.update(view(model, k, state, scratch), shared.dt);
+      for (int i = 0; i < inputs.closure_count; ++i) {
+        if (inputs.closures[i].segment == k) finishClosure(model, inputs, i, shared.dt, state, scratch);
+      }
+      for (int i = 0; i < inputs.hole_count; ++i) {
+        if (inputs.holes[i].segment == k)
+          state.hole_flow[i] += leak(model, inputs.holes[i], shared.dt, state) / dt;
+      }
+    }
+  };
+  if (scratch.threads == 1) {  // without a team: its barriers cost as much as a small network's cells
+    for (plan(); !shared.done; plan()) findFluxes(0), solveNodes(0), updateCells(0);
+  } else {
+#pragma omp parallel num_threads(scratch.threads)
+    {
 #ifdef _OPENMP
-    const int self = omp_get_thread_num(), team = omp_get_num_threads();
+      const int self = omp_get_thread_num(), team = omp_get_num_threads();
 #else
-    const int self = 0, team = 1;
+      const int self = 0, team = 1;
 #endif
-    for (;;) {
+      for (;;) {
 #pragma omp single
-      planSubstep(model, inputs, state, scratch, shared);
-      // (the end of `single` is a barrier)
-      if (shared.done) break;
-      for (int part = self; part < scratch.threads; part += team) {
-        for (int k = scratch.segment_range[part]; k < scratch.segment_range[part + 1]; ++k) {
-          const double rate = kernels.fluxes(view(model, k, state, scratch), shared.dt);
-          scratch.rate[part] = std::max(scratch.rate[part], rate);
-          for (int i = 0; i < inputs.closure_count; ++i) {
-            if (inputs.closures[i].segment == k) applyClosure(model, inputs, i, scratch);
-          }
-        }
-      }
+        plan();
+        // (the end of `single` is a barrier)
+        if (shared.done) break;
+        for (int part = self; part < scratch.threads; part += team) findFluxes(part);
 #pragma omp barrier
-      for (int part = self; part < scratch.threads; part += team) {
-        for (int n = scratch.node_range[part]; n < scratch.node_range[part + 1]; ++n) {
-          const double rate = solveNode(model, inputs, n, shared.inflow, shared.dt, state, scratch);
-          if (rate < 0 && scratch.failed_segment[part] < 0)
-            scratch.failed_segment[part] = model.branches[model.nodes[n].first_branch].segment;
-          scratch.rate[part] = std::max(scratch.rate[part], rate);
-        }
-      }
+        for (int part = self; part < scratch.threads; part += team) solveNodes(part);
 #pragma omp barrier
-      for (int part = self; part < scratch.threads; part += team) {
-        for (int k = scratch.segment_range[part]; k < scratch.segment_range[part + 1]; ++k) {
-          kernels.update(view(model, k, state, scratch), shared.dt);
-          for (int i = 0; i < inputs.closure_count; ++i) {
-            if (inputs.closures[i].segment == k) finishClosure(model, inputs, i, shared.dt, state, scratch);
-          }
-          for (int i = 0; i < inputs.hole_count; ++i) {
-            if (inputs.holes[i].segment == k)
-              state.hole_flow[i] += leak(model, inputs.holes[i], shared.dt, state) / dt;
-          }
-        }
-      }
+        for (int part = self; part < scratch.threads; part += team) updateCells(part);
 #pragma omp barrier
+      }
     }
   }
 
