@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "../scene/stages.h"
+#include "organ_pairs.h"
 #include "vest_tissue/scene/cavity_walls.h"
 
 namespace vest::scene {
@@ -21,7 +22,6 @@ constexpr double kMargin = 0.0015;       ///< m: contacts are prepared this much
 constexpr double kJawFriction = 0.6;     ///< serrated jaws on tissue; assumed
 constexpr double kSteepest = 1.733;      ///< no unit: of trilinear interpolation between distances, sqrt(3)
 constexpr double kCoarse = 1e-5;         ///< m: more than single precision loses in a ball's distance there
-constexpr double kRounding = 1e-6;       ///< m: far more than single precision loses in a box of 1 m
 constexpr double kSinksOn = 0.001;       ///< m: until knots look again how far they are from a wall (tuned)
 constexpr double kFreeWay = 0.001;       ///< m: until a knot does (tuned)
 constexpr double kGrip = 0.5;            ///< of critical: damping that friction amounts to at most

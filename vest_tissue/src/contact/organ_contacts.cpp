@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kShare = 0.25;  ///< (omega·h)² that a held contact may have
-constexpr double kDamping = 0.3, kGrip = 0.3;
+constexpr double kDamping = 0.3, kPairGrip = 0.3;
 
 /// Of the knots at both ends of a contact.
 using Weights = std::array<std::array<double, 3>, 2>;
@@ -118,7 +118,7 @@ void findOrganContacts(Context& c) {
     const double h = c.dt / r.batches;
     r.stiffness = static_cast<float>(kShare / (h * h * inverse));
     r.damping = static_cast<float>(kDamping / (h * inverse));
-    r.grip = static_cast<float>(kGrip / (h * inverse));
+    r.grip = static_cast<float>(kPairGrip / (h * inverse));
     r.friction =
         static_cast<float>(std::max(d.objects[pair.object].friction, d.objects[pair.other].friction));
     r.reach = static_cast<float>(reach);

@@ -19,9 +19,9 @@ constexpr std::uint32_t kGroup = 8;  ///< nodes of a box
 constexpr double kSearched = 0.005;  ///< m: candidates are triangles that are no further than this (tuned)
 constexpr double kServes = 0.0015;   ///< m: way of both sides for which they serve; more may come in a step
 constexpr double kCalm = 0.0002;     ///< m: way in a step that one part serves (tuned)
-constexpr double kRounding = 1e-7;   ///< m, of distances and ways in single precision
-constexpr double kAhead = 0.001;     ///< m: touches are prepared this much before they touch, and more where
-                                     ///< the thread is fast (tuned)
+constexpr double kThreadRounding = 1e-7;  ///< m, of distances and ways in single precision
+constexpr double kAhead = 0.001;  ///< m: touches are prepared this much before they touch, and more where
+                                  ///< the thread is fast (tuned)
 
 struct Box {
   Vector3d low, high;
@@ -150,7 +150,7 @@ void reachTissue(Context& c, ThreadScratch& w) {
     look(w.candidates[nearest].triangle);
     const double moved = std::sqrt((x - w.searched[first.node]).squaredNorm()) + s.way - w.way[first.object];
     for (; k < end; ++k)
-      if (k != nearest && w.candidates[k].distance <= least + moved + kRounding)
+      if (k != nearest && w.candidates[k].distance <= least + moved + kThreadRounding)
         look(w.candidates[k].triangle);
     if (best == suture::kNone) continue;
     if (least > near && !touched(c, first.node, first.object)) continue;

@@ -12,7 +12,7 @@
 namespace vest::fem {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNoRow = 0xffffffffu;
 constexpr std::size_t kMostBlocks = 5000000;  // of L: 360 MB (assumed)
 
 /// Inverse of a symmetric positive definite 3×3 block; false where a pivot is not positive.
@@ -102,7 +102,7 @@ bool BlockLdlt::setPattern(const std::vector<std::pair<std::uint32_t, std::uint3
   lower_.assign(kept, Eigen::Matrix3d::Zero());
   diagonal_.assign(rows, Eigen::Matrix3d::Zero());
   // Elimination tree and row patterns of L.
-  parent_.assign(rows, kNone), seen_.assign(rows, kNone);
+  parent_.assign(rows, kNoRow), seen_.assign(rows, kNoRow);
   factor_start_.assign(rows + 1, 0);
   reach_start_.assign(1, 0);
   reach_column_.clear();
@@ -110,7 +110,7 @@ bool BlockLdlt::setPattern(const std::vector<std::pair<std::uint32_t, std::uint3
     seen_[k] = k;
     for (std::size_t p = lower_start_[k]; p < lower_start_[k + 1]; ++p) {
       for (std::uint32_t j = lower_column_[p]; seen_[j] != k; j = parent_[j]) {
-        if (parent_[j] == kNone) parent_[j] = k;
+        if (parent_[j] == kNoRow) parent_[j] = k;
         seen_[j] = k;
         if (in_room && reach_column_.size() == reach_column_.capacity()) return false;
         if (!in_room && reach_column_.size() == kMostBlocks)

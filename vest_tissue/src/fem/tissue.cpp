@@ -12,7 +12,6 @@
 namespace vest::fem {
 namespace {
 
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // outward for positive volume
 constexpr std::size_t kWorthKeeping = 600;  ///< unknowns: smaller inverses are made anew faster (assumed)
 
 [[noreturn]] void refuse(const Description& d, const std::string& what) {

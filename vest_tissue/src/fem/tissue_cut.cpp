@@ -5,8 +5,6 @@
 namespace vest::fem {
 namespace {
 
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // as in findFaces
-
 int cornerOf(const TissueState& s, std::uint32_t element, Index knot) {
   for (int c = 0; c < 4; ++c)
     if (s.corner[element][static_cast<std::size_t>(c)] == knot) return c;

@@ -25,7 +25,7 @@ constexpr double kMostTurn = 1e6;   // rad
 constexpr double kStrongest = 1e9;  // N
 
 /// One rod being read.
-struct Reading {
+struct RodReading {
   Map& map;
   Files& files;
   RodDescription& rod;
@@ -40,7 +40,7 @@ struct Reading {
   }
 };
 
-void readNodes(Reading& r) {
+void readNodes(RodReading& r) {
   const csv::Table table = r.table("nodes", {"node", "x", "y", "z"});
   if (table.rows.empty()) yaml::fail(table.file, 0, "rows", "none", "must have at least three nodes");
   r.rod.nodes.resize(table.rows.size());
@@ -99,7 +99,7 @@ Section readSection(const Value& value, Files& files) {
   return s;
 }
 
-void readHeld(Reading& r) {
+void readHeld(RodReading& r) {
   std::map<std::size_t, std::size_t> at;  // node -> number in rod.held
   const csv::Table held = r.table("held", {"node", "kind"});
   for (std::size_t i = 0; i < held.rows.size(); ++i) {
@@ -136,7 +136,7 @@ RodDescription readRod(const Value& value, Files& files) {
   RodDescription rod;
   rod.name = map["name"].name();
   rod.closed = map.has("closed") && map["closed"].boolean();
-  Reading r{map, files, rod};
+  RodReading r{map, files, rod};
   if (map.has("suture") && map.has("rod")) map["suture"].fail("must not be there beside `rod`");
   rod.section = map.has("suture") ? readSuture(map["suture"], files) : readSection(map["rod"], files);
   readNodes(r);

@@ -14,7 +14,7 @@ namespace vest::modelling {
 namespace {
 
 using Node = Document::Node;
-using Kind = Document::Node::Kind;
+using NodeKind = Document::Node::Kind;
 
 constexpr std::size_t kNone = std::string::npos;
 constexpr std::size_t kWidth = 110;  // signs of a line that is written
@@ -70,7 +70,7 @@ class Builder : public YAML::EventHandler {
                 const std::string& word) override {
     const std::size_t begin = at(mark);
     const std::size_t end = endOfScalar(begin, word);
-    if (!open_.empty() && top().kind == Kind::Map && !keyed()) {
+    if (!open_.empty() && top().kind == NodeKind::Map && !keyed()) {
       const std::size_t line = lineStart(text_, begin);
       for (std::size_t i = begin; i-- > line;) {
         if (text_[i] == '?') refuse(begin, "a key behind ?", "key: value");
@@ -88,11 +88,11 @@ class Builder : public YAML::EventHandler {
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                        YAML::EmitterStyle::value style) override {
-    start(mark, Kind::List, style);
+    start(mark, NodeKind::List, style);
   }
   void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                   YAML::EmitterStyle::value style) override {
-    start(mark, Kind::Map, style);
+    start(mark, NodeKind::Map, style);
   }
   void OnSequenceEnd() override { finish(']'); }
   void OnMapEnd() override { finish('}'); }
@@ -130,8 +130,8 @@ class Builder : public YAML::EventHandler {
     refuse(begin, "a text over several lines, or one with bytes that are no UTF-8",
            "values in one line each");
   }
-  void start(const YAML::Mark& mark, Kind kind, YAML::EmitterStyle::value style) {
-    if (!open_.empty() && top().kind == Kind::Map && !keyed())
+  void start(const YAML::Mark& mark, NodeKind kind, YAML::EmitterStyle::value style) {
+    if (!open_.empty() && top().kind == NodeKind::Map && !keyed())
       refuse(at(mark), "a list or mapping as key", "key: value");
     Node node;
     node.kind = kind;
@@ -148,7 +148,7 @@ class Builder : public YAML::EventHandler {
       if (end >= text_.size() || text_[end] != closing)
         refuse(node.begin, "a list whose end is not found", "[a, b] or {a: b}");
       ++end;
-    } else if (node.kind == Kind::List) {
+    } else if (node.kind == NodeKind::List) {
       std::size_t from = node.begin;
       for (const Node& child : node.children) {
         const std::size_t dash = nextSign(text_, from);
@@ -258,8 +258,8 @@ std::string lineText(const YAML::Node& parsed, const std::string& value) {
 }
 
 std::string known(const Node& node) {
-  if (node.kind == Kind::Scalar) return "a value";
-  if (node.kind == Kind::List)
+  if (node.kind == NodeKind::Scalar) return "a value";
+  if (node.kind == NodeKind::List)
     return node.children.empty() ? "an empty list" : "0 to " + std::to_string(node.children.size() - 1);
   std::string all;
   for (const std::string& name : node.names) all += (all.empty() ? "" : ", ") + name;
@@ -273,11 +273,11 @@ std::size_t placeOf(const std::string& word) {
 }
 
 std::size_t childOf(const Node& node, const std::string& word) {
-  if (node.kind == Kind::Map) {
+  if (node.kind == NodeKind::Map) {
     const auto found = std::find(node.names.begin(), node.names.end(), word);
     return found == node.names.end() ? kNone : static_cast<std::size_t>(found - node.names.begin());
   }
-  if (node.kind == Kind::Scalar) return kNone;
+  if (node.kind == NodeKind::Scalar) return kNone;
   for (std::size_t i = 0; i < node.children.size(); ++i) {
     const Node& item = node.children[i];
     for (std::size_t k = 0; k < item.names.size(); ++k)
@@ -314,7 +314,7 @@ Document::Document(std::string text) : text_(std::move(text)) {
   YAML::Parser parser(stream);
   parser.HandleNextDocument(builder);
   root_ = std::move(builder.root);
-  if (root_.kind != Kind::Map) throw files::Refused(1, "document", "no mapping", "key: value");
+  if (root_.kind != NodeKind::Map) throw files::Refused(1, "document", "no mapping", "key: value");
 }
 
 Document::Place Document::find(const std::string& path) const {
@@ -355,7 +355,7 @@ std::string Document::bytes(const std::string& path) const {
   const Place place = find(path);
   if (place.child == kNone) fail(path, "is not there; allowed: " + files::shown(known(*place.parent), 1000));
   const Node& node = place.parent->children[place.child];
-  const bool block = !node.flow && node.kind != Kind::Scalar;
+  const bool block = !node.flow && node.kind != NodeKind::Scalar;
   return std::string(block ? node.begin - lineStart(text_, node.begin) : 0, ' ') +
          text_.substr(node.begin, node.end - node.begin);
 }
@@ -371,11 +371,11 @@ Patch Document::set(const std::string& path, const std::string& value) const {
   if (place.child != kNone) {
     const Node& node = parent.children[place.child];
     const std::size_t column = node.begin - lineStart(text_, node.begin);
-    const bool block = !node.flow && node.kind != Kind::Scalar && !parsed.IsScalar();
+    const bool block = !node.flow && node.kind != NodeKind::Scalar && !parsed.IsScalar();
     return {node.begin, text_.substr(node.begin, node.end - node.begin),
             block ? blockText(parsed, column) : lineText(parsed, value)};
   }
-  if (parent.kind != Kind::Map)
+  if (parent.kind != NodeKind::Map)
     fail(path, "is not there; allowed: " + files::shown(known(parent), 1000) + " (insert adds to a list)");
   const std::string key = quoted(place.last);
   if (parent.flow) {
@@ -397,7 +397,8 @@ Patch Document::set(const std::string& path, const std::string& value) const {
 Patch Document::insert(const std::string& path, const std::string& value) const {
   const Place place = find(path);
   const Node& list = *place.parent;
-  if (list.kind != Kind::List) fail(path, "is no place of a list; allowed: a list's place, or set for a key");
+  if (list.kind != NodeKind::List)
+    fail(path, "is no place of a list; allowed: a list's place, or set for a key");
   const std::size_t count = list.children.size();
   const std::size_t wanted = place.last == "-"      ? count
                              : place.child != kNone ? place.child
@@ -407,7 +408,7 @@ Patch Document::insert(const std::string& path, const std::string& value) const 
   const YAML::Node parsed = valueOf(value);
   if (list.flow) {
     const std::string text = flowText(parsed);
-    const bool in_block = place.above != nullptr && place.above->kind == Kind::Map && !place.above->flow;
+    const bool in_block = place.above != nullptr && place.above->kind == NodeKind::Map && !place.above->flow;
     if (count == 0 && in_block && !oneLine(parsed, text, 0)) {  // the list becomes a block
       const std::size_t key = place.above->keys[place.parent_child], column = key - lineStart(text_, key);
       const std::size_t colon = colonOf(*place.above, place.parent_child);
@@ -436,7 +437,7 @@ Patch Document::remove(const std::string& path) const {
   };
   const std::size_t i = place.child, count = parent.children.size();
   const auto beginOf = [&](std::size_t k) {
-    return parent.kind == Kind::Map ? parent.keys[k] : parent.children[k].begin;
+    return parent.kind == NodeKind::Map ? parent.keys[k] : parent.children[k].begin;
   };
   const std::size_t end = parent.children[i].end;
   if (parent.flow) {
@@ -445,8 +446,8 @@ Patch Document::remove(const std::string& path) const {
   }
   if (count == 1) {  // an empty block cannot be written
     if (place.above == nullptr) fail(path, "is the only key; allowed: to leave one");
-    const std::string empty = parent.kind == Kind::Map ? "{}" : "[]";
-    if (place.above->kind == Kind::Map && !place.above->flow) {
+    const std::string empty = parent.kind == NodeKind::Map ? "{}" : "[]";
+    if (place.above->kind == NodeKind::Map && !place.above->flow) {
       const std::size_t colon = colonOf(*place.above, place.parent_child);
       return {colon + 1, text_.substr(colon + 1, parent.end - colon - 1), " " + empty};
     }

@@ -9,7 +9,7 @@
 namespace vest::modelling {
 namespace {
 
-using Kind = Field::Kind;
+using FieldKind = Field::Kind;
 using Node = Document::Node;
 
 constexpr double kMetres = 10.0;  // nothing in a body scene is larger
@@ -60,89 +60,92 @@ void addEntries(const Document& document, const Node& node, const std::string& p
 
 const std::vector<Field>& fields() {
   static const std::vector<Field> all = {
-      {Kind::Word, "name", "", 0, 0, "letters, digits, _ . -; once in the source"},
-      {Kind::Word, "organ", "", 0, 0, "chooses the look and what people call it"},
-      {Kind::Word, "material", "", 0, 0, "one of vest_material list"},
-      {Kind::Word, "roles", "", 0, 0, "list of words for exercises, such as target"},
-      {Kind::Word, "rigid", "", 0, 0, "true or false"},
-      {Kind::Word, "mirror_of", "", 0, 0, "an object above it"},
-      {Kind::Vector, "tube/centre/*", "m", -kAny, kAny, "control point of the centre curve"},
-      {Kind::Number, "tube/sections/*/at", "", 0, 1, "place of the cross-section, fraction of the length"},
-      {Kind::Number, "tube/sections/*/radii/*", "m", 1e-5, kMetres,
+      {FieldKind::Word, "name", "", 0, 0, "letters, digits, _ . -; once in the source"},
+      {FieldKind::Word, "organ", "", 0, 0, "chooses the look and what people call it"},
+      {FieldKind::Word, "material", "", 0, 0, "one of vest_material list"},
+      {FieldKind::Word, "roles", "", 0, 0, "list of words for exercises, such as target"},
+      {FieldKind::Word, "rigid", "", 0, 0, "true or false"},
+      {FieldKind::Word, "mirror_of", "", 0, 0, "an object above it"},
+      {FieldKind::Vector, "tube/centre/*", "m", -kAny, kAny, "control point of the centre curve"},
+      {FieldKind::Number, "tube/sections/*/at", "", 0, 1,
+       "place of the cross-section, fraction of the length"},
+      {FieldKind::Number, "tube/sections/*/radii/*", "m", 1e-5, kMetres,
        "1 radius: circle, 2: ellipse, 4 and more: closed spline"},
-      {Kind::Vector, "tube/reference", "", -kAny, kAny, "direction of angle 0"},
-      {Kind::Whole, "tube/rings", "", 3, 1000, "knots along it"},
-      {Kind::Whole, "tube/around", "", 4, 200, "knots round it"},
-      {Kind::Word, "tube/start", "", 0, 0, "pole or cap"},
-      {Kind::Word, "tube/end", "", 0, 0, "pole or cap"},
-      {Kind::Number, "tube/start_dome", "m", 0, kMetres, "length over which the end is rounded off"},
-      {Kind::Number, "tube/end_dome", "m", 0, kMetres, "length over which the end is rounded off"},
-      {Kind::Number, "tube/start_mouth", "m", 0, kMetres, "depth of the pole inside: a funnel"},
-      {Kind::Number, "tube/end_mouth", "m", 0, kMetres, "depth of the pole inside: a funnel"},
-      {Kind::Number, "tube/wall_thickness", "m", 0, kMetres, "0: solid"},
-      {Kind::Vector, "sheet/curves/*/*", "m", -kAny, kAny, "control point, upper to lower edge"},
-      {Kind::Whole, "sheet/stations", "", 3, 1000, "knots along it"},
-      {Kind::Whole, "sheet/height_knots", "", 3, 100, "knots from edge to edge, of each leaf"},
-      {Kind::Positive, "sheet/thickness", "m", 0, kNoEnd, "of both leaves together"},
-      {Kind::Vector, "revolve/origin", "m", -kAny, kAny, "where the profile's height is 0"},
-      {Kind::Vector, "revolve/axis", "", -kAny, kAny, "direction, of any length"},
-      {Kind::Vector, "revolve/reference", "", -kAny, kAny, "direction of angle 0"},
-      {Kind::Vector, "revolve/profile/*", "m", -kMetres, kMetres, "[height along the axis, radius]"},
-      {Kind::Number, "revolve/profile/*/0", "m", -kMetres, kMetres, "height along the axis"},
-      {Kind::Number, "revolve/profile/*/1", "m", 0, kMetres, "radius"},
-      {Kind::Whole, "revolve/rings", "", 3, 1000, "knots along it"},
-      {Kind::Whole, "revolve/around", "", 4, 200, "knots round it"},
-      {Kind::Number, "revolve/wall_thickness", "m", 0, kMetres, "0: solid"},
-      {Kind::Vector, "tree/root", "m", -kAny, kAny, "where the first branch begins"},
-      {Kind::Vector, "tree/direction", "", -kAny, kAny, "of the first branch"},
-      {Kind::Vector, "tree/plane", "", -kAny, kAny, "the first branching lies in direction and this"},
-      {Kind::Number, "tree/radius", "m", 1e-4, 0.02, "of the first branch"},
-      {Kind::Word, "tree/axiom", "", 0, 0, "the word that grows: A to Z (F: a branch), [ ] and /"},
-      {Kind::Whole, "tree/steps", "", 0, 12, "of growth"},
-      {Kind::Whole, "tree/seed", "", 0, 4294967295.0, "of the scatter"},
-      {Kind::Number, "tree/length", "", 2, 100, "of a branch over its radius"},
-      {Kind::Number, "tree/turn", "degrees", -360, 360, "by which a / turns the plane of the next branching"},
-      {Kind::Number, "tree/scatter", "", 0, 0.5, "share by which lengths and angles vary"},
-      {Kind::Number, "tree/least", "m", 5e-5, 0.02, "thinner branches are not drawn"},
-      {Kind::Whole, "tree/around", "", 4, 24, "knots round a branch"},
-      {Kind::Vector, "tree/region/centre", "m", -kAny, kAny, "of the ellipsoid that the tree supplies"},
-      {Kind::Vector, "tree/region/half_axes", "m", 1e-4, 1, "of the ellipsoid, along x, y and z"},
-      {Kind::Number, "tree/region/half_axes/*", "m", 1e-4, 1, "along x, y or z"},
-      {Kind::Whole, "tree/terminals", "", 1, 200, "ends, spread over the region"},
-      {Kind::Word, "tree/supply", "", 0, 0, "artery of the patient at whose end it begins"},
-      {Kind::Number, "tree/flow", "m³/s", 1e-12, 1e-3, "for trials of the tree alone"},
-      {Kind::Word, "layers/*/material", "", 0, 0, "one of vest_material list"},
-      {Kind::Number, "layers/*/thickness", "m", 1e-5, 1, "of the layer"},
-      {Kind::Whole, "layers/*/elements", "", 1, 32, "across the layer"},
-      {Kind::Vector, "bumps/*/at", "m", -kAny, kAny, "knots near it move"},
-      {Kind::Vector, "bumps/*/size", "m", 0, kAny, "standard deviations"},
-      {Kind::Vector, "bumps/*/push", "m", -kAny, kAny, "by which they move at most"},
-      {Kind::Whole, "springs", "", 1, 1000000, "exact number of links"},
-      {Kind::Whole, "skin/along", "", 1, 16, "pieces of a knot interval"},
-      {Kind::Whole, "skin/around", "", 1, 16, "pieces of a knot interval"},
-      {Kind::Whole, "skin/petals", "", 0, 64, "fringes of a funnel"},
-      {Kind::Number, "skin/petal_depth", "", 0, 1, "of the fringes"},
-      {Kind::Vector, "skin/facing", "", -kAny, kAny, "spreads the texture round the part that lies there"},
-      {Kind::Number, "fill", "", 0.01, 1, "part of the volume that weighs"},
-      {Kind::Number, "stiffness_factor", "", 1e-4, 1e4, "on all areas of links"},
-      {Kind::Number, "prestrain", "", 0, 0.5, "stretch of all links as they are placed"},
-      {Kind::Number, "damping_ratio", "", 0, 2, "of each link's critical damping"},
-      {Kind::Number, "damping_rate", "1/s", 0, 1000, "in proportion to mass"},
-      {Kind::Number, "support", "rad/s", 0, 1000, "surroundings that carry the weight; 0: none"},
-      {Kind::Number, "bulk_modulus", "Pa", 0, 1e9, "of the volume element; 0: none"},
-      {Kind::Number, "friction", "", 0, 2, "Coulomb"},
-      {Kind::Number, "contact_thickness", "m", 0, 0.1, "distance that contacts keep"},
-      {Kind::Number, "cut_toughness", "J/m²", 0, 1e6, "work of a cut"},
-      {Kind::Number, "puncture_force", "N", 0, 1e3, "of a needle"},
-      {Kind::Number, "tear_strain", "", 0, 1e3, "0: never"},
-      {Kind::Number, "inner_wall", "m", 0, 0.1, "wall that a cut shows; 0: that of the tube"},
-      {Kind::Number, "fixed/*/margin", "m", -kMetres, kMetres, "from the cavity's surface"},
-      {Kind::Positive, "tethers/*/stiffness", "N/m", 0, kNoEnd, "a knot"},
-      {Kind::Whole, "connect/*/per_ring", "", 1, 100, "knots of each ring, nearest first"},
-      {Kind::Positive, "connect/*/within", "m", 0, kNoEnd, "farther knots stay free"},
-      {Kind::Positive, "connect/*/stiffness", "N/m", 0, kNoEnd, "a knot"},
-      {Kind::Number, "lay/*/gap", "m", -kMetres, kMetres, "of the centres, outside the other surface"},
-      {Kind::Number, "clear/*/gap", "m", 0, kMetres, "between the surfaces"},
+      {FieldKind::Vector, "tube/reference", "", -kAny, kAny, "direction of angle 0"},
+      {FieldKind::Whole, "tube/rings", "", 3, 1000, "knots along it"},
+      {FieldKind::Whole, "tube/around", "", 4, 200, "knots round it"},
+      {FieldKind::Word, "tube/start", "", 0, 0, "pole or cap"},
+      {FieldKind::Word, "tube/end", "", 0, 0, "pole or cap"},
+      {FieldKind::Number, "tube/start_dome", "m", 0, kMetres, "length over which the end is rounded off"},
+      {FieldKind::Number, "tube/end_dome", "m", 0, kMetres, "length over which the end is rounded off"},
+      {FieldKind::Number, "tube/start_mouth", "m", 0, kMetres, "depth of the pole inside: a funnel"},
+      {FieldKind::Number, "tube/end_mouth", "m", 0, kMetres, "depth of the pole inside: a funnel"},
+      {FieldKind::Number, "tube/wall_thickness", "m", 0, kMetres, "0: solid"},
+      {FieldKind::Vector, "sheet/curves/*/*", "m", -kAny, kAny, "control point, upper to lower edge"},
+      {FieldKind::Whole, "sheet/stations", "", 3, 1000, "knots along it"},
+      {FieldKind::Whole, "sheet/height_knots", "", 3, 100, "knots from edge to edge, of each leaf"},
+      {FieldKind::Positive, "sheet/thickness", "m", 0, kNoEnd, "of both leaves together"},
+      {FieldKind::Vector, "revolve/origin", "m", -kAny, kAny, "where the profile's height is 0"},
+      {FieldKind::Vector, "revolve/axis", "", -kAny, kAny, "direction, of any length"},
+      {FieldKind::Vector, "revolve/reference", "", -kAny, kAny, "direction of angle 0"},
+      {FieldKind::Vector, "revolve/profile/*", "m", -kMetres, kMetres, "[height along the axis, radius]"},
+      {FieldKind::Number, "revolve/profile/*/0", "m", -kMetres, kMetres, "height along the axis"},
+      {FieldKind::Number, "revolve/profile/*/1", "m", 0, kMetres, "radius"},
+      {FieldKind::Whole, "revolve/rings", "", 3, 1000, "knots along it"},
+      {FieldKind::Whole, "revolve/around", "", 4, 200, "knots round it"},
+      {FieldKind::Number, "revolve/wall_thickness", "m", 0, kMetres, "0: solid"},
+      {FieldKind::Vector, "tree/root", "m", -kAny, kAny, "where the first branch begins"},
+      {FieldKind::Vector, "tree/direction", "", -kAny, kAny, "of the first branch"},
+      {FieldKind::Vector, "tree/plane", "", -kAny, kAny, "the first branching lies in direction and this"},
+      {FieldKind::Number, "tree/radius", "m", 1e-4, 0.02, "of the first branch"},
+      {FieldKind::Word, "tree/axiom", "", 0, 0, "the word that grows: A to Z (F: a branch), [ ] and /"},
+      {FieldKind::Whole, "tree/steps", "", 0, 12, "of growth"},
+      {FieldKind::Whole, "tree/seed", "", 0, 4294967295.0, "of the scatter"},
+      {FieldKind::Number, "tree/length", "", 2, 100, "of a branch over its radius"},
+      {FieldKind::Number, "tree/turn", "degrees", -360, 360,
+       "by which a / turns the plane of the next branching"},
+      {FieldKind::Number, "tree/scatter", "", 0, 0.5, "share by which lengths and angles vary"},
+      {FieldKind::Number, "tree/least", "m", 5e-5, 0.02, "thinner branches are not drawn"},
+      {FieldKind::Whole, "tree/around", "", 4, 24, "knots round a branch"},
+      {FieldKind::Vector, "tree/region/centre", "m", -kAny, kAny, "of the ellipsoid that the tree supplies"},
+      {FieldKind::Vector, "tree/region/half_axes", "m", 1e-4, 1, "of the ellipsoid, along x, y and z"},
+      {FieldKind::Number, "tree/region/half_axes/*", "m", 1e-4, 1, "along x, y or z"},
+      {FieldKind::Whole, "tree/terminals", "", 1, 200, "ends, spread over the region"},
+      {FieldKind::Word, "tree/supply", "", 0, 0, "artery of the patient at whose end it begins"},
+      {FieldKind::Number, "tree/flow", "m³/s", 1e-12, 1e-3, "for trials of the tree alone"},
+      {FieldKind::Word, "layers/*/material", "", 0, 0, "one of vest_material list"},
+      {FieldKind::Number, "layers/*/thickness", "m", 1e-5, 1, "of the layer"},
+      {FieldKind::Whole, "layers/*/elements", "", 1, 32, "across the layer"},
+      {FieldKind::Vector, "bumps/*/at", "m", -kAny, kAny, "knots near it move"},
+      {FieldKind::Vector, "bumps/*/size", "m", 0, kAny, "standard deviations"},
+      {FieldKind::Vector, "bumps/*/push", "m", -kAny, kAny, "by which they move at most"},
+      {FieldKind::Whole, "springs", "", 1, 1000000, "exact number of links"},
+      {FieldKind::Whole, "skin/along", "", 1, 16, "pieces of a knot interval"},
+      {FieldKind::Whole, "skin/around", "", 1, 16, "pieces of a knot interval"},
+      {FieldKind::Whole, "skin/petals", "", 0, 64, "fringes of a funnel"},
+      {FieldKind::Number, "skin/petal_depth", "", 0, 1, "of the fringes"},
+      {FieldKind::Vector, "skin/facing", "", -kAny, kAny,
+       "spreads the texture round the part that lies there"},
+      {FieldKind::Number, "fill", "", 0.01, 1, "part of the volume that weighs"},
+      {FieldKind::Number, "stiffness_factor", "", 1e-4, 1e4, "on all areas of links"},
+      {FieldKind::Number, "prestrain", "", 0, 0.5, "stretch of all links as they are placed"},
+      {FieldKind::Number, "damping_ratio", "", 0, 2, "of each link's critical damping"},
+      {FieldKind::Number, "damping_rate", "1/s", 0, 1000, "in proportion to mass"},
+      {FieldKind::Number, "support", "rad/s", 0, 1000, "surroundings that carry the weight; 0: none"},
+      {FieldKind::Number, "bulk_modulus", "Pa", 0, 1e9, "of the volume element; 0: none"},
+      {FieldKind::Number, "friction", "", 0, 2, "Coulomb"},
+      {FieldKind::Number, "contact_thickness", "m", 0, 0.1, "distance that contacts keep"},
+      {FieldKind::Number, "cut_toughness", "J/m²", 0, 1e6, "work of a cut"},
+      {FieldKind::Number, "puncture_force", "N", 0, 1e3, "of a needle"},
+      {FieldKind::Number, "tear_strain", "", 0, 1e3, "0: never"},
+      {FieldKind::Number, "inner_wall", "m", 0, 0.1, "wall that a cut shows; 0: that of the tube"},
+      {FieldKind::Number, "fixed/*/margin", "m", -kMetres, kMetres, "from the cavity's surface"},
+      {FieldKind::Positive, "tethers/*/stiffness", "N/m", 0, kNoEnd, "a knot"},
+      {FieldKind::Whole, "connect/*/per_ring", "", 1, 100, "knots of each ring, nearest first"},
+      {FieldKind::Positive, "connect/*/within", "m", 0, kNoEnd, "farther knots stay free"},
+      {FieldKind::Positive, "connect/*/stiffness", "N/m", 0, kNoEnd, "a knot"},
+      {FieldKind::Number, "lay/*/gap", "m", -kMetres, kMetres, "of the centres, outside the other surface"},
+      {FieldKind::Number, "clear/*/gap", "m", 0, kMetres, "between the surfaces"},
   };
   return all;
 }
@@ -152,24 +155,24 @@ const Field* fieldOf(const std::string& path) {
     if (path == field.path || matches(field.path, path)) return &field;
   // A list of numbers goes by its items.
   for (const Field& field : fields())
-    if (field.kind != Kind::Word && matches(field.path, path + "/0")) return &field;
+    if (field.kind != FieldKind::Word && matches(field.path, path + "/0")) return &field;
   return nullptr;
 }
 
 std::string allowedText(const Field& field) {
   char text[80];
   switch (field.kind) {
-    case Kind::Word:
-    case Kind::Vector:
+    case FieldKind::Word:
+    case FieldKind::Vector:
       return "";
-    case Kind::Positive:
+    case FieldKind::Positive:
       return "> 0";
-    case Kind::Number:
-    case Kind::Whole:
+    case FieldKind::Number:
+    case FieldKind::Whole:
       break;
   }
-  std::snprintf(text, sizeof text, "%s%.10g … %.10g", field.kind == Kind::Whole ? "whole, " : "", field.least,
-                field.most);
+  std::snprintf(text, sizeof text, "%s%.10g … %.10g", field.kind == FieldKind::Whole ? "whole, " : "",
+                field.least, field.most);
   return text;
 }
 
@@ -183,7 +186,7 @@ std::vector<Entry> entriesOf(const Document& document, const std::string& object
     addEntries(document, node, "", entries);
     for (const Field& field : fields()) {
       const std::string path = field.path;
-      if (field.kind == Kind::Word || path.find('*') != std::string::npos) continue;
+      if (field.kind == FieldKind::Word || path.find('*') != std::string::npos) continue;
       // Of a shape or group that the object has, or of the object itself.
       const Node* of = &node;
       std::size_t begin = 0;

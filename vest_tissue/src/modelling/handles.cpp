@@ -11,9 +11,6 @@
 namespace vest::modelling {
 namespace {
 
-using Kind = Handle::Kind;
-
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kFine = 100;  // steps of a line that is shown
 
 /// 0.01 mm is finer than a hand.
@@ -73,7 +70,7 @@ void addPoints(const std::string& list, const std::vector<Vector3>& points, std:
 void addWhole(const std::string& path, const std::vector<std::vector<Vector3>>& curves, bool nested,
               std::vector<Handle>& handles) {
   Handle handle;
-  handle.kind = Kind::Whole;
+  handle.kind = Handle::Kind::Whole;
   handle.path = path;
   handle.all = curves;
   handle.nested = nested;
@@ -96,10 +93,10 @@ void addTube(const TubeSpec& tube, std::vector<Handle>& handles) {
     const bool last = s + 1 == tube.sections.size();
     const double next = last ? 1.0 : 0.5 * (section.at + tube.sections[s + 1].at);
     for (std::size_t k = 0; k < count; ++k) {
-      const double angle = count == 2 ? 0.5 * kPi * static_cast<double>(k)
-                                      : 2 * kPi * static_cast<double>(k) / static_cast<double>(count);
+      const double angle = count == 2 ? 0.5 * M_PI * static_cast<double>(k)
+                                      : 2 * M_PI * static_cast<double>(k) / static_cast<double>(count);
       Handle handle;
-      handle.kind = Kind::Length;
+      handle.kind = Handle::Kind::Length;
       handle.path = itemOf(item + "/radii", k);
       handle.origin = frames[s].centre;
       handle.axis = std::cos(angle) * frames[s].x + std::sin(angle) * frames[s].y;
@@ -126,7 +123,7 @@ void addRevolve(const RevolveSpec& revolve, std::vector<Handle>& handles) {
   const auto& profile = revolve.profile;
   for (std::size_t i = 0; i < profile.size(); ++i) {
     Handle handle;
-    handle.kind = Kind::Profile;
+    handle.kind = Handle::Kind::Profile;
     handle.path = itemOf("/revolve/profile", i);
     handle.origin = revolve.origin;
     handle.axis = axis, handle.across = across;
@@ -147,12 +144,12 @@ void addTree(const TreeSpec& tree, std::vector<Handle>& handles) {
   root.place = tree.root;
   handles.push_back(root);
   Handle radius;
-  radius.kind = Kind::Length;
+  radius.kind = Handle::Kind::Length;
   radius.path = "/tree/radius";
   radius.origin = tree.root;
   if (!tree.region) {
     Handle direction;
-    direction.kind = Kind::Direction;
+    direction.kind = Handle::Kind::Direction;
     direction.path = "/tree/direction";
     direction.origin = tree.root;
     direction.place = tree.root + tree.length * tree.radius * tree.direction.normalized();
@@ -166,7 +163,7 @@ void addTree(const TreeSpec& tree, std::vector<Handle>& handles) {
     handles.push_back(centre);
     for (int axis = 0; axis < 3; ++axis) {
       Handle half;
-      half.kind = Kind::Length;
+      half.kind = Handle::Kind::Length;
       half.path = itemOf("/tree/region/half_axes", static_cast<std::size_t>(axis));
       half.origin = region.centre;
       half.axis = Vector3::Unit(axis);
@@ -220,16 +217,16 @@ std::string valueAt(const Handle& handle, const Vector3& place) {
     return shortNumber(field == nullptr ? value : std::clamp(value, field->least, field->most));
   };
   switch (handle.kind) {
-    case Kind::Point:
+    case Handle::Kind::Point:
       return shortVector(place);
-    case Kind::Direction:
+    case Handle::Kind::Direction:
       return shortVector(from.norm() > 1e-6 ? Vector3(from.normalized()) : handle.axis);
-    case Kind::Length:
+    case Handle::Kind::Length:
       return allowed(handle.path, from.dot(handle.axis));
-    case Kind::Profile:
+    case Handle::Kind::Profile:
       return "[" + allowed(handle.path + "/0", from.dot(handle.axis)) + ", " +
              allowed(handle.path + "/1", from.dot(handle.across)) + "]";
-    case Kind::Whole:
+    case Handle::Kind::Whole:
       break;
   }
   const Vector3 by = place - handle.place;
@@ -253,7 +250,7 @@ std::vector<std::vector<Vector3>> linesOf(const SceneSource& alone) {
       for (std::size_t s = 0; s < frames.size(); ++s) {
         std::vector<Vector3> ring;
         for (int i = 0; i <= kFine; ++i) {
-          const double angle = 2 * kPi * i / kFine;
+          const double angle = 2 * M_PI * i / kFine;
           const double radius = polarRadius(object.tube->sections[s].radii, angle);
           ring.push_back(frames[s].centre +
                          radius * (std::cos(angle) * frames[s].x + std::sin(angle) * frames[s].y));

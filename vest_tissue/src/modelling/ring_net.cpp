@@ -11,16 +11,14 @@
 namespace vest::modelling {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 // Place and scale of a ring on a centre line whose ends are rounded off: quarter ellipses of height `dome`.
 struct Profile {
   double length, start_dome, end_dome;
 
-  double total() const { return kPi / 2 * (start_dome + end_dome) + length - start_dome - end_dome; }
+  double total() const { return M_PI / 2 * (start_dome + end_dome) + length - start_dome - end_dome; }
   void at(double along, double& arc, double& scale) const {
     scale = 1.0;
-    const double first = kPi / 2 * start_dome, last = kPi / 2 * end_dome;
+    const double first = M_PI / 2 * start_dome, last = M_PI / 2 * end_dome;
     if (along < first) {
       arc = start_dome * (1 - std::cos(along / start_dome));
       scale = std::sin(along / start_dome);
@@ -107,7 +105,7 @@ void zigzag(std::uint32_t first, std::uint32_t count, bool reverse, Emit emit) {
 void addWalls(RingNet& net, double wall_thickness) {
   for (std::uint32_t r = 0; r < net.rings; ++r) {
     const double perimeter = ringPerimeter(net, r), area = ringArea(net, r);
-    net.mean_radius.push_back(perimeter / (2 * kPi));
+    net.mean_radius.push_back(perimeter / (2 * M_PI));
     net.wall.push_back(wall_thickness > 0 ? std::min(perimeter * wall_thickness, area) : area);
   }
 }
@@ -144,7 +142,7 @@ RingNet makeTube(const TubeSpec& spec) {
   for (std::uint32_t r = 0; r < spec.rings; ++r) {
     const SectionFrame& frame = frames[r];
     for (std::uint32_t k = 0; k < spec.around; ++k) {
-      const double angle = 2 * kPi * k / spec.around;
+      const double angle = 2 * M_PI * k / spec.around;
       const double radius = scales[r] * sectionRadius(spec.sections, arcs[r] / curve.length(), angle);
       net.knots.push_back(frame.centre + radius * (std::cos(angle) * frame.x + std::sin(angle) * frame.y));
     }
@@ -226,7 +224,7 @@ RingNet makeRevolve(const RevolveSpec& spec) {
       throw std::invalid_argument("profile: a radius of " + std::to_string(place.x()) +
                                   " m between its points; allowed: > 0 but at its ends");
     for (std::uint32_t k = 0; k < spec.around; ++k)
-      net.knots.push_back(at(place.x(), place.z(), 2 * kPi * k / spec.around));
+      net.knots.push_back(at(place.x(), place.z(), 2 * M_PI * k / spec.around));
     net.station.push_back(arc);
   }
   if (before) net.knots.push_back(at(0, spec.profile.front()[0], 0));
@@ -307,7 +305,7 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
 double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vector3>&) {
   const std::uint32_t ring = std::min(std::min(link.a, link.b) / net.around, net.rings - 1);
   const double along = net.wall[ring] / net.around;
-  const double perimeter = 2 * kPi * net.mean_radius[ring];
+  const double perimeter = 2 * M_PI * net.mean_radius[ring];
   const double around = net.wall[ring] / perimeter * spacing(net, ring);
   // Shares: assumed, so that along and across each add up to the solid section (the diagonals count for
   // both).

@@ -7,8 +7,6 @@
 namespace vest::modelling {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 using Combination =
     std::map<std::uint32_t, double>;  // knot -> weight; ordered, so that results are reproducible
 
@@ -133,8 +131,8 @@ scene::Skin makeSkin(const RingNet& net, std::uint32_t along, std::uint32_t arou
     const double r = interpolate(radius, place);
     double u = interpolate(length, place);
     if (net.inside) u += 0.35 * r * std::sin(angle);  // so that a cavity's two halves do not look mirrored
-    const double turned = angle > kPi ? 2 * kPi - angle : angle;
-    skin.texture_coordinates.push_back({static_cast<float>(u), static_cast<float>(r * (turned - kPi / 2))});
+    const double turned = angle > M_PI ? 2 * M_PI - angle : angle;
+    skin.texture_coordinates.push_back({static_cast<float>(u), static_cast<float>(r * (turned - M_PI / 2))});
   };
   const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     net.inside ? skin.triangles.push_back({a, c, b}) : skin.triangles.push_back({a, b, c});
@@ -144,14 +142,14 @@ scene::Skin makeSkin(const RingNet& net, std::uint32_t along, std::uint32_t arou
   const bool start_vertex = net.start != End::Zip, end_vertex = net.end != End::Zip;
   const int first = start_vertex ? 1 : static_cast<int>(along);
   const int last = static_cast<int>(along) * (rings + 1) - (end_vertex ? 1 : static_cast<int>(along));
-  if (start_vertex) vertex(0.0, 0.0, kPi / 2);
+  if (start_vertex) vertex(0.0, 0.0, M_PI / 2);
   const std::uint32_t base = start_vertex;
   for (int i = first; i <= last; ++i) {
     for (std::uint32_t k = 0; k < columns; ++k) {
-      vertex(static_cast<double>(i) / along, static_cast<double>(k) / around, 2 * kPi * k / columns);
+      vertex(static_cast<double>(i) / along, static_cast<double>(k) / around, 2 * M_PI * k / columns);
     }
   }
-  if (end_vertex) vertex(rings + 1.0, 0.0, kPi / 2);
+  if (end_vertex) vertex(rings + 1.0, 0.0, M_PI / 2);
   const std::uint32_t row_count = static_cast<std::uint32_t>(last - first + 1);
   const auto at = [&](std::uint32_t row, std::uint32_t k) { return base + row * columns + k % columns; };
 

@@ -9,7 +9,6 @@
 namespace vest::modelling {
 namespace {
 constexpr int kSamplesPerSpan = 64;
-constexpr double kPi = 3.14159265358979323846;
 }  // namespace
 
 std::array<double, 4> catmullRom(double t) {
@@ -112,7 +111,7 @@ double polarRadius(const std::vector<double>& radii, double angle) {
     const double c = std::cos(angle) / radii[0], s = std::sin(angle) / radii[1];
     return 1.0 / std::sqrt(c * c + s * s);
   }
-  double place = angle / (2 * kPi);
+  double place = angle / (2 * M_PI);
   place = (place - std::floor(place)) * static_cast<double>(count);
   const std::size_t span = std::min(static_cast<std::size_t>(place), count - 1);
   const auto w = catmullRom(place - static_cast<double>(span));

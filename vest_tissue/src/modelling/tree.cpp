@@ -13,7 +13,6 @@
 namespace vest::modelling {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kMostSigns = 20000, kMostBranches = 400;
 // Of blood and of the heart's beat, as in the network of the shipped patient.
 constexpr double kViscosity = 0.004;       // Pa·s
@@ -190,7 +189,7 @@ double wallOf(double radius) {
 }
 
 double flowOf(double radius) {
-  return kPi * radius * radius * radius * kShear / (4 * kViscosity);
+  return M_PI * radius * radius * radius * kShear / (4 * kViscosity);
 }
 
 std::string branchName(const std::string& tree, std::size_t branch) {
@@ -222,7 +221,7 @@ scene::VesselTree vesselTree(const std::string& name, const TreeSpec& spec,
   std::vector<double> curve;
   for (int i = 0; i < kPoints; ++i) {
     const double phase = static_cast<double>(i) / kPoints;
-    curve.push_back(0.5 + (phase < 1.0 / 3 ? std::sin(3 * kPi * phase) : 0.0));
+    curve.push_back(0.5 + (phase < 1.0 / 3 ? std::sin(3 * M_PI * phase) : 0.0));
     mean += curve.back() / kPoints;
   }
   for (int i = 0; i < kPoints; ++i)
@@ -239,7 +238,7 @@ scene::VesselTree vesselTree(const std::string& name, const TreeSpec& spec,
     });
     double r1 = 0, r2 = 0, c = 0;
     if (!leads_on) {
-      const double area = kPi * b.radius * b.radius, wall = wallOf(b.radius);
+      const double area = M_PI * b.radius * b.radius, wall = wallOf(b.radius);
       const double speed = std::sqrt(2.0 / 3.0 * youngs_modulus * wall / (kDensity * b.radius));
       const double whole = kMeanPressure / flow * branches[0].ends / b.ends;
       r1 = std::min(kDensity * speed / area, 0.5 * whole);  // its own impedance: no echo

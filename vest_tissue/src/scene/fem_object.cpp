@@ -10,8 +10,6 @@
 namespace vest::scene {
 namespace {
 
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // outward for positive volume
-
 std::array<Index, 3> sorted(std::array<Index, 3> f) {
   std::sort(f.begin(), f.end());
   return f;
@@ -53,7 +51,7 @@ std::vector<std::array<Index, 3>> boundaryFaces(const std::vector<std::array<Ind
   seen.reserve(2 * tetrahedra.size());
   const auto face = [&](std::size_t e, int f) {
     const auto& t = tetrahedra[e];
-    return std::array<Index, 3>{t[kFaces[f][0]], t[kFaces[f][1]], t[kFaces[f][2]]};
+    return std::array<Index, 3>{t[fem::kFaces[f][0]], t[fem::kFaces[f][1]], t[fem::kFaces[f][2]]};
   };
   for (std::size_t e = 0; e < tetrahedra.size(); ++e)
     for (int f = 0; f < 4; ++f) ++seen[sorted(face(e, f))];

@@ -35,12 +35,6 @@ constexpr std::uint64_t kKnotEvery = 100;  ///< steps between two looks at knots
 constexpr double kDrawn = 0.5;  ///< N with which a thread presses on itself in a knot that is drawn; assumed
 constexpr double kPressing = 2e-4;  ///< m: a touch that is nearer shares its knots' stiffness with others
 
-const suture::Strand& strandOf(const suture::Model& m, std::uint32_t node) {
-  std::size_t k = 0;
-  while (node >= m.strands[k].first + m.strands[k].nodes) ++k;
-  return m.strands[k];
-}
-
 /// What one part of a step works on.
 struct Part {
   Context& c;

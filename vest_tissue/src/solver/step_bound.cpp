@@ -13,7 +13,7 @@ namespace {
 using net::Block;
 
 /// Links' end points differ: unit vector, length, strain.
-struct Arm {
+struct Way {
   float ux, uy, uz, length, strain;
 };
 
@@ -26,8 +26,8 @@ struct Rows {
         w(l.block->row(Block::kInverseMass)) {}
 };
 
-Arm arm(const Rows& a, const net::KernelLink& l) {
-  Arm r;
+Way arm(const Rows& a, const net::KernelLink& l) {
+  Way r;
   const float dx = a.x[l.knot1] - a.x[l.knot0], dy = a.y[l.knot1] - a.y[l.knot0],
               dz = a.z[l.knot1] - a.z[l.knot0];
   r.length = std::sqrt(dx * dx + dy * dy + dz * dz + 1e-20f);
@@ -48,7 +48,7 @@ void lawOf(const net::LinkTable::LawConstants& c, bool by_law, float strain, flo
   tangent = 1.0f + e * (2 * c.a2 + e * (3 * c.a3 + e * 4 * c.a4));
 }
 
-void addTensor(std::vector<float>& t, std::size_t i, const Arm& u, float along, float across) {
+void addTensor(std::vector<float>& t, std::size_t i, const Way& u, float along, float across) {
   float* const s = t.data() + 6 * i;
   const float d = along - across;
   s[0] += d * u.ux * u.ux + across;
@@ -81,7 +81,7 @@ Rates linkRates(const BoundLinks& links, BoundScratch& scratch) {
   for (std::size_t i = 0; i < links.count; ++i) {
     const net::KernelLink& l = links.link(i);
     if (l.axial == 0.0f) continue;
-    const Arm u = arm(rows, l);
+    const Way u = arm(rows, l);
     float tension, tangent;
     lawOf(links.law, links.lawOf(i), u.strain, tension, tangent);
     const float along = l.axial * tangent / l.rest;
@@ -98,7 +98,7 @@ double linkDecay(const BoundLinks& links, BoundScratch& scratch) {
   for (std::size_t i = 0; i < links.count; ++i) {
     const net::KernelLink& l = links.link(i);
     if (l.damping == 0.0f) continue;
-    const Arm u = arm(rows, l);
+    const Way u = arm(rows, l);
     addTensor(scratch.tensor, l.knot0, u, l.damping, 0.0f);
     addTensor(scratch.tensor, l.knot1, u, l.damping, 0.0f);
   }
@@ -195,7 +195,7 @@ double powerIteration(const BoundLinks& links, int iterations) {
     for (std::size_t i = 0; i < links.count; ++i) {
       const net::KernelLink& l = links.link(i);
       if (l.axial == 0.0f) continue;
-      const Arm u = arm(rows, l);
+      const Way u = arm(rows, l);
       float tension, tangent;
       lawOf(links.law, links.lawOf(i), u.strain, tension, tangent);
       const double along = l.axial * tangent / l.rest;

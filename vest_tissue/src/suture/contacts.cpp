@@ -27,12 +27,6 @@ const LiveContact* find(const State& s, Index a, Index b) {
   return at != end && at->a == a && at->b == b ? &*at : nullptr;
 }
 
-const Strand& strandOf(const Model& m, Index node) {
-  std::size_t k = 0;
-  while (node >= m.strands[k].first + m.strands[k].nodes) ++k;
-  return m.strands[k];
-}
-
 }  // namespace
 
 /// Ericson, Real-Time Collision Detection, 5.1.9.

@@ -75,12 +75,6 @@ bool isSevered(const State& s, const Joint& joint) {
   return (joint.a != kNone && s.severed[joint.a] != 0) || (joint.b != kNone && s.severed[joint.b] != 0);
 }
 
-const Strand& strandOf(const Model& m, Index segment) {
-  std::size_t k = 0;
-  while (segment >= m.strands[k].first + m.strands[k].nodes) ++k;
-  return m.strands[k];
-}
-
 }  // namespace
 
 Vector3d placeOf(const Support& a, const Strand& strand, const State& s) {

@@ -25,12 +25,12 @@ Vector3d unit(const Vector3d& v, const Vector3d& otherwise) {
 }
 
 /// Determinant and signature of a symmetric matrix of whole numbers, which is used up.
-struct Inertia {
+struct FormInertia {
   double determinant = 1.0;
   int signature = 0;
 };
-Inertia inertiaOf(std::vector<double>& m, int n, int stride) {
-  Inertia out;
+FormInertia inertiaOf(std::vector<double>& m, int n, int stride) {
+  FormInertia out;
   const auto at = [&](int r, int c) -> double& { return m[static_cast<std::size_t>(r * stride + c)]; };
   const auto swap = [&](int a, int b) {
     for (int k = 0; k < n; ++k) std::swap(at(a, k), at(b, k));
@@ -169,7 +169,7 @@ KnotKind KnotScratch::measure(int faces) {
     const auto at = [&](int r, int c) -> double& { return matrix_[static_cast<std::size_t>(r * white + c)]; };
     at(p, q) -= turn, at(q, p) -= turn, at(p, p) += turn, at(q, q) += turn;
   }
-  const Inertia found = inertiaOf(matrix_, white - 1, white);  // without the last face
+  const FormInertia found = inertiaOf(matrix_, white - 1, white);  // without the last face
   KnotKind kind;
   const double size = std::abs(found.determinant);
   if (!(size < 1e6)) return {0, 0};

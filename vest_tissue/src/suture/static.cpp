@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPasses = 20000;
-constexpr int kMostParts = 4000;     ///< of the holders' way
-constexpr double kAtRest = 1e-8;     ///< of a segment's length, and rad: a smaller change is none
+constexpr int kMostStaticPasses = 20000;
+constexpr int kMostStaticParts = 4000;  ///< of the holders' way
+constexpr double kAtRest = 1e-8;        ///< of a segment's length, and rad: a smaller change is none
 constexpr double kNoInertia = 20.0;  ///< times the slowest time: inertia is then 1e-5 of the least stiffness
 constexpr int kSteps = 200;          ///< in the time that rods take, where they touch
 constexpr int kMostTimes = 200;      ///< of those: until they are at rest
@@ -39,7 +39,7 @@ int partsOfDrive(const Model& m) {
                         5.0 * std::abs(h.drive[i].angle - h.drive[i - 1].angle));
     most = std::max(most, parts);
   }
-  return static_cast<int>(std::min(std::ceil(most), static_cast<double>(kMostParts)));
+  return static_cast<int>(std::min(std::ceil(most), static_cast<double>(kMostStaticParts)));
 }
 
 void rest(State& s) {
@@ -164,7 +164,7 @@ bool solveApart(const Model& m, State& s, Scratch& scratch, StaticReport& report
     }
   }
   s.time = end;
-  for (; report.iterations < kMostPasses; ++report.iterations) {
+  for (; report.iterations < kMostStaticPasses; ++report.iterations) {
     const PassResult r = creep(m, s, scratch, h, false);
     if (r.touching) return false;
     if (r.factor == Factor::None) return true;

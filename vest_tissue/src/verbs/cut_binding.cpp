@@ -14,10 +14,6 @@ using interaction::kNone;
 constexpr std::uint8_t kHops = 3;  ///< edges within which the knots of a vertex's patch lie
 constexpr std::size_t kMostEntries = 64;
 
-Vector3d toVector(const interaction::Vector3Floats& v) {
-  return {v[0], v[1], v[2]};
-}
-
 /// Two contact triangles lie on different sides of a cut.
 bool parted(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   const auto &ta = j.s.triangles[a], &tb = j.s.triangles[b];

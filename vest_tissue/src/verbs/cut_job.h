@@ -10,6 +10,10 @@
 
 namespace vest::scene {
 
+inline Eigen::Vector3d toVector(const interaction::Vector3Floats& v) {
+  return {v[0], v[1], v[2]};
+}
+
 /// One object's cut in one step: what the parts of cutting work on. Everything lies in State and Scratch.
 struct CutJob {
   Context& c;

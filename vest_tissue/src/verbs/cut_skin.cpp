@@ -10,14 +10,11 @@ using interaction::CutFace;
 using interaction::CutTrack;
 using interaction::kNone;
 
-constexpr std::size_t kMostAround = 64;       ///< skin triangles around a vertex that are looked at
+constexpr std::size_t kMostAtVertex = 64;     ///< skin triangles around a vertex that are looked at
 constexpr std::size_t kWallsPerStep = 48;     ///< triangles of the inner wall that a step builds (tuned)
 constexpr std::size_t kDoublesPerStep = 440;  ///< vertices that a step adds: the room of a delta
 constexpr double kGreatestWallReach = 0.012;  ///< m: how far from the cut the inner wall is built (tuned)
 
-Vector3d toVector(const interaction::Vector3Floats& v) {
-  return {v[0], v[1], v[2]};
-}
 interaction::Vector3Floats toFloats(const Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
@@ -60,7 +57,7 @@ void settleTracks(CutJob& j) {
              j.k.version_of[k] == j.k.version_of[track.knots[1]];
     };
     // Triangles of the other side: around a version of the line's knots that is not this triangle's.
-    std::array<std::uint32_t, kMostAround> others;
+    std::array<std::uint32_t, kMostAtVertex> others;
     std::size_t count = 0;
     for (std::uint32_t knot = 0; knot < j.s.block.knots(); ++knot) {
       if (!onLine(knot) || isCorner(knot)) continue;
@@ -164,14 +161,14 @@ void doubleVertices(CutJob& j) {
   for (std::uint32_t v = 0; v < vertices; ++v) {
     const std::uint32_t* const first = j.k.vertex_triangles.data() + j.k.vertex_start[v];
     const std::size_t count =
-        std::min<std::size_t>(j.k.vertex_start[v + 1] - j.k.vertex_start[v], kMostAround);
+        std::min<std::size_t>(j.k.vertex_start[v + 1] - j.k.vertex_start[v], kMostAtVertex);
     bool near = false, same = true;
     for (std::size_t i = 0; i < count; ++i) {
       near = near || j.k.near_triangle[j.cut.home[first[i]]] != 0;
       same = same && j.cut.home[first[i]] == j.cut.home[first[0]];
     }
     if (!near || same) continue;
-    std::array<std::uint8_t, kMostAround> group;
+    std::array<std::uint8_t, kMostAtVertex> group;
     for (std::size_t i = 0; i < count; ++i) group[i] = static_cast<std::uint8_t>(i);
     const auto root = [&](std::uint8_t i) {
       while (group[i] != i) i = group[i];
@@ -188,7 +185,7 @@ void doubleVertices(CutJob& j) {
           group[std::max(ra, rb)] = std::min(ra, rb);
       }
     }
-    std::array<std::uint8_t, kMostAround> size{};
+    std::array<std::uint8_t, kMostAtVertex> size{};
     for (std::size_t i = 0; i < count; ++i) ++size[root(static_cast<std::uint8_t>(i))];
     const std::uint8_t keeps =
         static_cast<std::uint8_t>(std::max_element(size.begin(), size.begin() + count) - size.begin());

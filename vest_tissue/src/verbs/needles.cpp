@@ -12,13 +12,13 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using interaction::NeedleGrip;
 
-constexpr double kFill = 0.03;    ///< rad: a needle fills the gap when it comes this near to the jaws
-constexpr double kTurning = 2.0;  ///< N·m/rad: jaws against turning; at a tip 16 mm away 8 N/mm (tuned)
+constexpr double kWireFill = 0.03;  ///< rad: a needle fills the gap when it comes this near to the jaws
+constexpr double kTurning = 2.0;    ///< N·m/rad: jaws against turning; at a tip 16 mm away 8 N/mm (tuned)
 /// m: moment that jaws bear over their pinch. Laparoscopic holders let a needle turn at 0.74 N (Cartmill,
 /// mean) at full closure; 12 mm of lever are assumed, and half of that for jaws without carbide inserts.
 constexpr double kMomentPerPinch = 0.74 * 0.012 / interaction::kGreatestPinch;
 
-struct Hand {
+struct Holder {
   Context& c;
   int tool;
   const tools::ToolGeometry& g;
@@ -27,7 +27,7 @@ struct Hand {
   double jaw;  ///< rad
 };
 
-void letGo(const Hand& h, NeedleGrip& grip) {
+void letGo(const Holder& h, NeedleGrip& grip) {
   if (grip.active)
     emit(h.c,
          threadEvent(h.c, EventKind::Released, h.tool, h.c.model.threads.rods->needles[grip.needle].node));
@@ -35,13 +35,13 @@ void letGo(const Hand& h, NeedleGrip& grip) {
 }
 
 /// Holds what is between the jaws where it is.
-void holdHere(const Hand& h, NeedleGrip& grip, const Vector3d& place) {
+void holdHere(const Holder& h, NeedleGrip& grip, const Vector3d& place) {
   const auto& rod = h.c.state.threads.rod;
   grip.local = h.frame.local(place);
   grip.turn = h.orientation.conjugate() * rod.frame[h.c.model.threads.rods->needles[grip.needle].node];
 }
 
-void seek(const Hand& h, NeedleGrip& grip) {
+void seek(const Holder& h, NeedleGrip& grip) {
   const ThreadModel& m = h.c.model.threads;
   double most = 0.0, sum = 0.0, count = 0.0;
   for (std::uint32_t n = 0; n < m.first_point.size() && count == 0.0; ++n) {
@@ -59,7 +59,7 @@ void seek(const Hand& h, NeedleGrip& grip) {
     grip.jaw_at_touch = 0.0;
     return;
   }
-  if (h.jaw <= most + kFill) grip.jaw_at_touch = std::max(grip.jaw_at_touch, most + kFill);
+  if (h.jaw <= most + kWireFill) grip.jaw_at_touch = std::max(grip.jaw_at_touch, most + kWireFill);
   const interaction::Grasp& tissue = h.c.state.grasps[h.tool];  // with the tissue that it lies on
   if (tissue.active) grip.jaw_at_touch = std::max(grip.jaw_at_touch, tissue.jaw_at_touch);
   if (!(grip.jaw_at_touch > 0.0) ||
@@ -77,7 +77,7 @@ void seek(const Hand& h, NeedleGrip& grip) {
 }
 
 /// Coulomb's limits of the hold: beyond them the needle slides through the jaws, or turns in them.
-void slip(const Hand& h, NeedleGrip& grip) {
+void slip(const Holder& h, NeedleGrip& grip) {
   const suture::NeedleModel& needle = h.c.model.threads.rods->needles[grip.needle];
   Along at;
   if (!alongNeedle(h.c, grip.needle, grip.station, at)) return letGo(h, grip);
@@ -146,12 +146,12 @@ void handleNeedles(Context& c) {
     NeedleGrip& grip = c.state.threads.needle_grips[t];
     const auto& proxy = c.state.proxies[t];
     const auto& before = c.scratch.proxies_before[t].pose;
-    const Hand hand{c,
-                    t,
-                    tools::toolGeometry(proxy.tool),
-                    {before.orientation.toRotationMatrix(), before.tip},
-                    before.orientation,
-                    proxy.pose.jaw};
+    const Holder hand{c,
+                      t,
+                      tools::toolGeometry(proxy.tool),
+                      {before.orientation.toRotationMatrix(), before.tip},
+                      before.orientation,
+                      proxy.pose.jaw};
     if (!proxy.present || !interaction::hasJaws(proxy.tool)) {
       letGo(hand, grip);
     } else if (!grip.active) {

@@ -341,7 +341,7 @@ Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g
 }
 
 /// The jaws of an applier: tissue between them, a clip that forms, one that is shut.
-void apply(Context& c, int tool) {
+void applyClip(Context& c, int tool) {
   auto& fasteners = c.state.fasteners;
   Applier& applier = fasteners.appliers[tool];
   const auto& proxy = c.state.proxies[tool];
@@ -405,7 +405,7 @@ void apply(Context& c, int tool) {
 }  // namespace
 
 void fastenClips(Context& c) {
-  for (int t = 0; t < tools::kInstrumentCount; ++t) apply(c, t);
+  for (int t = 0; t < tools::kInstrumentCount; ++t) applyClip(c, t);
 }
 
 void holdClips(Context& c, std::size_t object, double dt) {

@@ -432,7 +432,7 @@ Sling* ownOf(WorldState& state, int tool) {
 }
 
 /// The applicator: its loop hangs ahead of the tip; drawn while the function is on.
-void apply(Context& c, int tool) {
+void applySling(Context& c, int tool) {
   auto& fasteners = c.state.fasteners;
   const auto& proxy = c.state.proxies[tool];
   Sling* own = ownOf(c.state, tool);
@@ -511,7 +511,7 @@ void tieClosed(Context& c, Sling& sling) {
 }  // namespace
 
 void fastenSlings(Context& c) {
-  for (int t = 0; t < tools::kInstrumentCount; ++t) apply(c, t);
+  for (int t = 0; t < tools::kInstrumentCount; ++t) applySling(c, t);
   for (Sling& sling : c.state.fasteners.slings) {
     if (!sling.alive) continue;
     if (sling.tied) {

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 using interaction::GripNode;
 using interaction::ThreadGrip;
 
-constexpr double kFill = 0.03;  ///< rad: a thread fills the gap when it comes this near to the jaws
+constexpr double kThreadFill = 0.03;  ///< rad: a thread fills the gap when it comes this near to the jaws
 
 /// One instrument in this step.
 struct Hand {
@@ -71,7 +71,8 @@ void seek(const Hand& h, ThreadGrip& grip) {
   const interaction::Grasp& tissue = h.c.state.grasps[h.tool];
   const bool pressed = most > 0.0 && tissue.active;
   if (most <= 0.0) grip.jaw_at_touch = 0.0;
-  if (most > 0.0 && h.jaw <= most + kFill) grip.jaw_at_touch = std::max(grip.jaw_at_touch, most + kFill);
+  if (most > 0.0 && h.jaw <= most + kThreadFill)
+    grip.jaw_at_touch = std::max(grip.jaw_at_touch, most + kThreadFill);
   if (pressed) grip.jaw_at_touch = std::max(grip.jaw_at_touch, tissue.jaw_at_touch);
   const bool opening = h.jaw > h.c.scratch.proxies_before[h.tool].pose.jaw;
   const bool closed = !opening && grip.jaw_at_touch > 0.0 &&

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <unordered_map>
 
 #include <Eigen/LU>
 
+#include "place_text.h"
 #include "vest_tissue/base/nearest.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/volume/lattice.h"
@@ -24,12 +24,6 @@ struct Box {
   Vector3d size() const { return high - low; }
 };
 
-std::string text(const Vector3d& v) {
-  std::ostringstream out;
-  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return out.str();
-}
-
 /// What is embedded, or moves the boundary, lies about where the mesh is, and is of its size.
 void checkSizes(const Lattice& lattice, const Surface& surface) {
   Box mesh, whole;
@@ -47,9 +41,9 @@ void checkSizes(const Lattice& lattice, const Surface& surface) {
 }
 
 /// Boxes of a regular grid with the items that touch them.
-class Grid {
+class ItemGrid {
  public:
-  explicit Grid(double spacing) : inverse_(1.0 / spacing) {}
+  explicit ItemGrid(double spacing) : inverse_(1.0 / spacing) {}
   /// Into the boxes from low to high where touches(low corner, high corner) holds.
   template <class Touches>
   void add(const Vector3d& low, const Vector3d& high, Index item, Touches touches) {
@@ -105,7 +99,7 @@ void fitBoundary(Lattice& lattice, const Surface& surface, double cell) {
   Box mesh;
   for (const Vector3d& x : lattice.nodes) mesh.add(x);
   mesh.low.array() -= 2.0 * cell, mesh.high.array() += 2.0 * cell;  // beyond, no node looks
-  Grid grid(cell);
+  ItemGrid grid(cell);
   const auto corners = [&](Index t) {
     const auto& k = surface.triangles[t];
     return std::array<Vector3d, 3>{surface.vertices[k[0]], surface.vertices[k[1]], surface.vertices[k[2]]};
@@ -161,7 +155,7 @@ scene::Skin embed(const Lattice& lattice, const Surface& surface) {
       for (std::size_t b = a + 1; b < 4; ++b)
         edge = std::max(edge, (lattice.nodes[t[b]] - lattice.nodes[t[a]]).norm());
   std::size_t looks = 0;
-  Grid grid(std::max(edge, 1e-9));
+  ItemGrid grid(std::max(edge, 1e-9));
   const auto& x = lattice.nodes;
   for (Index e = 0; e < lattice.tetrahedra.size(); ++e) {
     const auto& t = lattice.tetrahedra[e];

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "place_text.h"
+
 namespace vest::volume {
 namespace {
 
@@ -96,12 +98,6 @@ Lattice fill(const Cubes& c, Place place) {
   if (lattice.tetrahedra.empty())
     refuse("no cube is filled; allowed: smaller cells, or an image with labels");
   return lattice;
-}
-
-std::string text(const Vector3d& v) {
-  std::ostringstream out;
-  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return out.str();
 }
 
 /// Each edge has its opposite once: the surface is closed, and nowhere more than two triangles meet at an

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-Vector3f at(const float* p, std::size_t i) {
+Vector3f pointAt(const float* p, std::size_t i) {
   return {p[3 * i], p[3 * i + 1], p[3 * i + 2]};
 }
 
@@ -72,21 +72,21 @@ class Cutter {
       const std::uint32_t* const k = &o.tetrahedra[e];
       std::array<float, 4> h;
       int above = 0;
-      for (std::size_t i = 0; i < 4; ++i) above += (h[i] = height(at(p, k[i]))) > 0;
+      for (std::size_t i = 0; i < 4; ++i) above += (h[i] = height(pointAt(p, k[i]))) > 0;
       if (above == 0 || above == 4) continue;
       bool torn = false;
       for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = i + 1; j < 4; ++j)
-          torn |= (at(p, k[i]) - at(p, k[j])).squaredNorm() >
-                  kTorn * kTorn * (at(rest, k[i]) - at(rest, k[j])).squaredNorm();
+          torn |= (pointAt(p, k[i]) - pointAt(p, k[j])).squaredNorm() >
+                  kTorn * kTorn * (pointAt(rest, k[i]) - pointAt(rest, k[j])).squaredNorm();
       if (torn) continue;
       material_ = o.tetrahedron_material.empty() ? -1 : o.tetrahedron_material[e / 4];
       // Edges from one side to the other: three around a lone corner, or four, in a ring.
       std::array<Corner, 4> ring;
       std::size_t count = 0;
       const auto edge = [&](std::size_t i, std::size_t j) {
-        ring[count++] =
-            between(at(p, k[i]), at(p, k[j]), h[i], h[j], knotValue(index, k[i]), knotValue(index, k[j]));
+        ring[count++] = between(pointAt(p, k[i]), pointAt(p, k[j]), h[i], h[j], knotValue(index, k[i]),
+                                knotValue(index, k[j]));
       };
       if (above == 2) {
         std::size_t up[2], down[2], ups = 0, downs = 0;
@@ -119,13 +119,14 @@ class Cutter {
     for (std::size_t t = 0; t + 2 < skin.triangles.size(); t += 3) {
       const std::uint32_t* const v = &skin.triangles[t];
       if (v[0] == v[1] || v[1] == v[2]) continue;  // died in a cut
-      const std::array<float, 3> h{height(at(p, v[0])), height(at(p, v[1])), height(at(p, v[2]))};
+      const std::array<float, 3> h{height(pointAt(p, v[0])), height(pointAt(p, v[1])),
+                                   height(pointAt(p, v[2]))};
       std::array<Corner, 2> ends;
       std::size_t count = 0;
       for (std::size_t i = 0; i < 3 && count < 2; ++i) {
         const std::size_t j = (i + 1) % 3;
         if ((h[i] > 0) == (h[j] > 0)) continue;
-        ends[count++] = between(at(p, v[i]), at(p, v[j]), h[i], h[j], value(v[i]), value(v[j]));
+        ends[count++] = between(pointAt(p, v[i]), pointAt(p, v[j]), h[i], h[j], value(v[i]), value(v[j]));
       }
       if (count < 2) continue;
       segments_.push_back(ends);

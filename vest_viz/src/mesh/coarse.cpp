@@ -30,7 +30,7 @@ constexpr float kLongestCollapse = 0.004f;
 constexpr float kGreatestTurn = 20.0f;  // degrees; by eye, beyond it shading changes
 
 /// A triangle of the coarse surface, and the ball that it lies in.
-struct Patch {
+struct CoarsePatch {
   std::array<std::uint32_t, 3> corners;
   std::array<Eigen::Vector3d, 3> at;
   Eigen::Vector3d middle;
@@ -100,9 +100,9 @@ std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vec
   std::vector<bool> open(positions.size() / 3, false);
   for (const std::uint32_t v : triangles) open[v] = true;
   for (const std::uint32_t v : coarse) open[v] = false;
-  std::vector<Patch> patches;
+  std::vector<CoarsePatch> patches;
   for (std::size_t t = 0; t + 2 < coarse.size(); t += 3) {
-    Patch p{{coarse[t], coarse[t + 1], coarse[t + 2]}, {}, Eigen::Vector3d::Zero(), 0.0};
+    CoarsePatch p{{coarse[t], coarse[t + 1], coarse[t + 2]}, {}, Eigen::Vector3d::Zero(), 0.0};
     for (std::size_t k = 0; k < 3; ++k) p.at[k] = at(p.corners[k]), p.middle += p.at[k] / 3.0;
     for (const Eigen::Vector3d& corner : p.at) p.reach = std::max(p.reach, (corner - p.middle).norm());
     patches.push_back(p);
@@ -113,7 +113,7 @@ std::vector<LeftOut> leftOut(const std::vector<float>& positions, const std::vec
     const Eigen::Vector3d place = at(v);
     double least = std::numeric_limits<double>::infinity();
     LeftOut found{v, {}, {}};
-    for (const Patch& p : patches) {
+    for (const CoarsePatch& p : patches) {
       if ((place - p.middle).norm() - p.reach >= least) continue;
       const contact::Nearest n = contact::nearest(place, p.at);
       if (n.distance >= least) continue;

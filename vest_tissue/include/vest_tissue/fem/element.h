@@ -22,6 +22,9 @@ struct Element {
   double volume = 0.0;                      ///< m³
 };
 
+/// Corners of each face, outward for a positive volume.
+inline constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
 /// Six times the volume, m³; negative where the element is inverted.
 double sixfoldVolume(const std::array<Eigen::Vector3d, 4>& corners);
 Element makeElement(const std::array<Index, 4>& nodes, const std::array<Eigen::Vector3d, 4>& corners);

@@ -103,6 +103,13 @@ struct Model {
   State start;
 };
 
+/// The thread that a node, or a segment, belongs to.
+inline const Strand& strandOf(const Model& model, Index node) {
+  std::size_t k = 0;
+  while (node >= model.strands[k].first + model.strands[k].nodes) ++k;
+  return model.strands[k];
+}
+
 /// Force of the holder on the rod, and its moment about the node; world.
 struct Reaction {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< N

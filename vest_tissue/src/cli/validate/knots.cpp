@@ -21,13 +21,13 @@ struct Case {
   double load = 0.0;  ///< N, printed; 0: none
 };
 
-struct Result {
+struct KnotPull {
   Pulled pulled;
   double strength = 0.0;  ///< N
 };
 
 /// The thread is that of a scene's suture.
-Result pull(const Case& c, double tension, const material::Sutures& known) {
+KnotPull pull(const Case& c, double tension, const material::Sutures& known) {
   const auto text = scene::yaml::parse("knots", "{material: " + std::string(c.material) + ", size: 2-0}");
   scene::yaml::Map map(text);
   const scene::Suture thread = scene::readSutureKind(map, known);
@@ -91,7 +91,7 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
       "2023, 12:6418, abstract); of two turns 10 N, not compared with the text.");
   const material::Sutures known = material::readSutures(material::suturesPath());
   std::vector<std::vector<std::string>> rows;
-  std::vector<Result> results;
+  std::vector<KnotPull> results;
   int told = 0, agree = 0, through = 0;
   for (const Case& c : cases(o.full)) {
     std::string print = c.print == Print::Breaks ? "breaks" : c.print == Print::Slips ? "slips" : "";
@@ -100,7 +100,7 @@ validation::Section knotsSection(const Options& o, const std::string& command) {
     std::string knots;
     double strength = 0.0;
     for (const double share : o.full ? std::vector<double>{1.0, 0.96, 1.04} : std::vector<double>{1.0}) {
-      const Result r = pull(c, share * c.tension, known);
+      const KnotPull r = pull(c, share * c.tension, known);
       const Pulled& p = r.pulled;
       if (share == 1.0) results.push_back(r), strength = r.strength;
       through += p.through;
