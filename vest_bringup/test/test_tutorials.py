@@ -47,10 +47,10 @@ def follow(page, up_to=None):
 class Learning(unittest.TestCase):
     def test_the_programs_of_the_page_print_what_it_says(self):
         said = follow("docs/tutorials/learning.md")
-        self.assertIn("PASSED", said.pop("rosrun vest_bringup vest_exercise run lift_tube --output attempt"))
+        self.assertIn("PASSED", said.pop("rosrun vest_bringup vest_exercise run lift_tube --output lift"))
         self.assertEqual(said, {
             "python3 episode.py": "passed True return 1.0\n", "python3 again.py": "same True\n", "python3 look.py": "(265, 6) return 1.0\n",
-            "rosrun vest_bringup vest_export attempt --to hdf5 --output data_set": "data_set: 1 episode, 266 rows, 2 files\n"})
+            "rosrun vest_bringup vest_export lift --to hdf5 --output data_set": "data_set: 1 episode, 266 rows, 2 files\n"})
 
 
 class OwnScene(unittest.TestCase):

@@ -12,8 +12,8 @@
 namespace vest::haptics::testing {
 
 /// The conformance suite, each promise of it an expectation.
-/// @param attempts more than one where the device is another process: the suite cannot see that a busy
-/// machine stops it; a device that breaks a promise breaks it each time
+/// @param attempts more than one where the device is another process or has its own thread: the suite cannot
+/// see that a busy machine stops it; a device that breaks a promise breaks it each time
 void conforms(Device& device, const DeviceOptions& words, int attempts = 1);
 
 /// What a device says where it cannot be opened.

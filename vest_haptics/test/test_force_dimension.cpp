@@ -59,7 +59,7 @@ class ForceDimension : public ::testing::Test {
 }  // namespace
 
 TEST_F(ForceDimension, ConformsOnItsStandIn) {
-  conforms(device, words);
+  conforms(device, words, 4);
 }
 
 TEST_F(ForceDimension, FailuresOfEachCallAreLatchedAndForcesAreZero) {

@@ -37,7 +37,7 @@ class Phantom : public ::testing::Test {
 }  // namespace
 
 TEST_F(Phantom, ConformsOnItsStandIn) {
-  conforms(device, words);
+  conforms(device, words, 4);
 }
 
 TEST_F(Phantom, ADeviceThatIsNotThereIsOneMessageWithTheMakersWords) {
