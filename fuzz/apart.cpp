@@ -147,7 +147,11 @@ void Apart::operator()(const std::string& input) {
   std::uint64_t size = input.size();
   pollfd answer{from_, POLLIN, 0};
   if (!transfer(true, to_, size)) return ended();
-  if (poll(&answer, 1, kPatience) <= 0) {
+  int answers = 0;
+  do {
+    answers = poll(&answer, 1, kPatience);
+  } while (answers < 0 && errno == EINTR);  // the fuzzer's clock
+  if (answers <= 0) {
     kill(pid_, SIGKILL);
     broken("a reader's process does not answer");
   }

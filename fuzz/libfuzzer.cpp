@@ -30,6 +30,8 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   // What it is read into takes up to minutes to make, which is no input's time.
   const vest::fuzz::Reader& reader = vest::fuzz::reader(variable("VEST_FUZZ_READER"));
   if (reader.made) reader.made();
+  // A reader's own process (apart.h) begins before the fuzzer has a second thread, whose locks it would keep.
+  reader.run({});
   static std::vector<std::string> words = vest::fuzz::withPlaceOfBad({*argv, *argv + *argc}, reader.name);
   static std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());

@@ -94,10 +94,11 @@ Staged& field() {
     smoke.low = {-0.04, -0.04, 0.0}, smoke.high = {0.06, 0.06, 0.10}, smoke.cell = 0.03;
     simulation::StageFrames frames;
     frames.field = std::make_shared<simulation::FieldFrames>();
-    Staged made(
-        folder().unpack("scene.yaml",
-                        files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/plate", 1 << 20)),
-        options, frames);
+    // Large cells: what is read here is not the tissue's.
+    std::string scene = files::read(std::string(VEST_SOURCE_DIR) + "/fuzz/corpus/scene/plate", 1 << 20);
+    const std::string cell = "cell: 0.004";
+    scene.replace(scene.find(cell), cell.size(), "cell: 0.008");
+    Staged made(folder().unpack("scene.yaml", scene), options, frames);
     const auto hold = [&](tools::Instrument hand, tools::ToolKind kind, const Eigen::Vector3d& tip,
                           std::uint32_t functions) {
       scene::ToolInput& tool = made.input.tools[static_cast<std::size_t>(hand)];
