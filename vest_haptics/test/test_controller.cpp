@@ -402,6 +402,33 @@ TEST(Controller, AfterOldDataTheFirstNewModelIsNotBlendedWithTheOldOne) {
   EXPECT_GT(b.report.allowance, 0.0) << "nothing of the old force holds the gate";
 }
 
+// A client's forces keep the gate open while a simulation stands still. The hand may be deep in tissue when
+// it goes on.
+TEST(Controller, BesideServoForcesASimulationThatGoesOnIsNotFeltUntilTheHandIsOut) {
+  Bench b;
+  const auto run = [&](int ticks, const auto& each) {
+    for (int i = 0; i < ticks; ++i) {
+      b.input.servo_force = {0.1, 0, 0};
+      b.input.servo_ns = b.now;
+      b.tick();
+      each();
+    }
+  };
+  b.open();
+  run(100, [&] { ASSERT_GT(b.force(), 0.0); });
+  b.alive = false;
+  b.hand(-0.02);
+  run(60, [] {});
+  run(500, [&] { ASSERT_NEAR(b.force(), 0.1, 0.01) << "the client's alone"; });
+  b.alive = true;
+  run(1000, [&] { ASSERT_LE(b.force(), 0.1); });
+  b.hand(0.01);
+  run(3000, [] {});
+  b.hand(-0.006);
+  run(500, [] {});
+  EXPECT_GT(b.force(), 0.5) << "it is felt again";
+}
+
 TEST(Controller, AServoForceThatIsNoNumberIsAFault) {
   Bench b;
   b.open();

@@ -275,7 +275,10 @@ const TickReport& Controller::tick(const TickInput& in) noexcept {
   const double served = in.servo_ns >= 0 && !capabilities_.joints
                             ? allowanceForAge(1e-9 * static_cast<double>(in.now_ns - in.servo_ns))
                             : 0.0;
-  if (fresh == 0.0) contact_.reset();
+  if (fresh == 0.0) {
+    contact_.reset();
+    present_ = false;  // a client's forces may hold the gate open meanwhile
+  }
   if (fresh < 1.0) r.limits |= kLimitStale;
 
   // How stiff it may feel.

@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -157,6 +159,46 @@ TEST(Runner, ASceneThatIsEditedWhileItRunsReSimulatesToTheSameHashes) {
     ASSERT_EQ(f.hash, now->world().stateHash()) << "after step " << f.input.step;
   }
   EXPECT_GE(compared, 2);
+}
+
+// A haptic process closes its gate at a new generation: tissue may be where the hand is, at once.
+TEST(Runner, WhateverIsNotTheNextStepIsANewGenerationForTheHand) {
+  const std::string name = "/vest_test_runner_" + std::to_string(::getpid());
+  auto runner =
+      std::make_unique<Runner>(std::make_unique<TissueSimulation>(World(oneTube())), RunnerOptions{});
+  runner->shareContacts(std::make_unique<shared::ContactWriter>(name));
+  runner->setPaused(true);
+  runner->start();
+  shared::ContactReader reader(name);
+  ASSERT_EQ(reader.connect(), "");
+  const auto generation = [&](std::uint32_t steps) {
+    EXPECT_TRUE(runner->advance(steps));
+    shared::ContactImage image;
+    EXPECT_TRUE(reader.read(image));
+    return image.generation;
+  };
+  std::uint64_t before = generation(20);
+  EXPECT_EQ(generation(20), before) << "it only goes on";
+  std::vector<std::uint8_t> snapshot;
+  runner->call([&](Simulation& s) { s.world().save(snapshot); });
+  const auto anew = [&](const char* what) {
+    const std::uint64_t now = generation(2);
+    EXPECT_GT(now, before) << what;
+    EXPECT_EQ(generation(2), now) << what;
+    before = now;
+  };
+  runner->reset();
+  anew("reset");
+  runner->restore(snapshot, "later");
+  anew("a snapshot of a later step");
+  runner->restore(snapshot, "earlier");
+  anew("a snapshot of an earlier step");
+  runner->adopt(std::make_unique<TissueSimulation>(World(oneTube())), "edited");
+  anew("a scene that was edited");
+  runner->load(std::make_unique<TissueSimulation>(World(oneTube())), "another");
+  anew("another scene");
+  runner.reset();
+  ::shm_unlink(name.c_str());
 }
 
 TEST(Runner, ARefusedSnapshotChangesNothing) {
