@@ -128,7 +128,7 @@ MUTANTS = [
     (C, "      if (state == OperatingState::Fault) return false;\n", "", "controller", "Controller.AnErrorOf*"),
     (C, "      if (state != OperatingState::Enabled) return false;\n", "", "controller", "Controller.AnErrorOf*"),
     (C, "      if (state != OperatingState::Paused) return false;\n", "", "controller", "Controller.AnErrorOf*"),
-    (C, "    contact_.reset();\n    present_", "    present_", "controller", "Controller.AfterOldData*"),
+    (C, "  if (fresh == 0.0) {\n    contact_.reset();\n", "  if (fresh == 0.0) {\n", "controller", "Controller.AfterOldData*"),
     (C, "    for (double& x : all) x *= fresh;\n", "", "controller", "Controller.ASimulation*"),
     (C, "std::max(1.0, share(wanted));", "share(wanted);", "controller", "Controller.AHandThatPresses*"),
     (C, "    for (double& x : wanted) x /= beyond;\n", "", "controller", "Controller.ASimulationThatDiesBeyond*"),

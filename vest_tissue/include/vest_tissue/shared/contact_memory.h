@@ -55,7 +55,7 @@ struct ContactRecord {
 
 struct ContactImage {
   std::uint64_t step = 0;  ///< simulation step: the heartbeat. One that stands still is a dead simulation
-  std::uint64_t generation = 0;  ///< grows with every reset, loaded scene and restart: steps may begin anew
+  std::uint64_t generation = 0;  ///< grows with every reset, snapshot, loaded or edited scene, and restart
   std::int64_t steady_ns = 0;    ///< CLOCK_MONOTONIC at which the step began
   std::uint64_t volume = 0;      ///< which volume is felt (ContactWriter::shareVolume); 0: none
   std::array<ContactRecord, kContactInstruments> contacts{};
