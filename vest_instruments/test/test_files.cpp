@@ -81,6 +81,7 @@ TEST(Files, WhatIsShownCannotWriteToATerminal) {
   EXPECT_EQ(vest::files::shown("\xc3\x28\xff\xed\xa0\x80\xc0\xaf"), "\\xc3(\\xff\\xed\\xa0\\x80\\xc0\\xaf")
       << "no UTF-8";
   EXPECT_EQ(vest::files::shown("äöü", 2), "äö...") << "cut between characters";
+  EXPECT_EQ(vest::files::shown("👩\xe2\x80\x8d👩", 2), "👩...") << "a joiner goes with what it joined";
   for (const char* emoji : {"\U0001F468\u200d\U0001F469\u200d\U0001F467", "\U0001F3F3\uFE0F\u200d\U0001F308",
                             "\U0001F469\U0001F3FD\u200d\u2695\uFE0F"})
     EXPECT_EQ(vest::files::shown(emoji), emoji) << "a joiner is part of an emoji";

@@ -107,7 +107,12 @@ std::string shown(const std::string& text, std::size_t most) {
   std::size_t count = 0;
   std::uint32_t before = 0;
   for (std::size_t at = 0; at < text.size();) {
-    if (count++ == most) return out + "...";
+    if (count++ == most) {
+      const std::string joiner = "\xe2\x80\x8d";
+      const std::size_t end = out.size() < joiner.size() ? 0 : out.size() - joiner.size();
+      if (out.compare(end, std::string::npos, joiner) == 0) out.resize(end);  // what it joined is cut off
+      return out + "...";
+    }
     std::uint32_t code = 0;
     const std::size_t size = character(text, at, code);
     const bool kept = size > 0 && (harmless(code) || (code == kJoiner && joins(text, at + size, before)));
