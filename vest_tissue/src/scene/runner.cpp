@@ -6,7 +6,6 @@
 #include <chrono>
 #include <exception>
 #include <stdexcept>
-#include <utility>
 
 #include <pthread.h>
 #include <sched.h>
@@ -153,7 +152,7 @@ void Runner::request(const TopologyRequest& request) {
 void Runner::reset() {
   execute([&] {
     simulation_->reset();
-    anew_ = true;
+    if (memory_) memory_->beginGeneration();
     fault_ = false;
     pending_command_ = Command::Reset;
     pending_argument_.clear();
@@ -175,7 +174,7 @@ void Runner::swap(std::unique_ptr<Simulation>& simulation, std::uint64_t volume,
   simulation_.swap(simulation);
   image_.volume = volume;
   ++generation_;
-  anew_ = true;
+  if (memory_) memory_->beginGeneration();
   fault_ = false;
   pending_command_ = command;
   pending_argument_ = argument;
@@ -200,7 +199,7 @@ std::size_t Runner::adopt(std::unique_ptr<Simulation> simulation, const std::str
 void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
   execute([&] {
     simulation_->restore(bytes);
-    anew_ = true;
+    if (memory_) memory_->beginGeneration();
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
@@ -221,8 +220,6 @@ void Runner::fillContacts(std::int64_t now) {
 
 void Runner::shareStep(std::int64_t now) {
   if (!memory_) return;
-  // Also where steps are counted on: a snapshot of a later step, a scene that was edited.
-  if (std::exchange(anew_, false)) memory_->beginGeneration();
   image_.step = simulation_->world().steps();
   image_.steady_ns = now;
   for (std::size_t i = 0; i < report_.contacts.size(); ++i) {

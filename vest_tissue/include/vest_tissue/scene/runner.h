@@ -227,7 +227,6 @@ class Runner {
   std::int64_t contact_due_ = 0, state_due_ = 0, strain_due_ = 0;
   std::vector<TopologyRequest> pending_requests_;
   Command pending_command_ = Command::None;
-  bool anew_ = false;  ///< the next step is not the one after the last: tissue may be anywhere
   std::string pending_argument_;
   std::vector<ParameterEdit> pending_edits_;
   ToolSample sample_;

@@ -91,7 +91,8 @@ class ContactWriter {
   /// scene on. @throws std::runtime_error naming memory and reason
   std::uint64_t shareVolume(const voxel::Volume& volume);
   std::uint64_t generation() const { return generation_; }
-  /// Steps may begin anew (reset, another scene). Real-time safe.
+  /// What comes is not the step after the last: a reset, a snapshot, an edited or another scene. Real-time
+  /// safe.
   void beginGeneration() noexcept { ++generation_; }
 
  private:
