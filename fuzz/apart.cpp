@@ -23,6 +23,7 @@
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 extern "C" void __sanitizer_set_death_callback(void (*)());
+extern "C" void __sanitizer_symbolize_pc(void* pc, const char* format, char* out, std::size_t size);
 #define VEST_SANITIZED
 #endif
 #endif
@@ -31,11 +32,13 @@ namespace vest::fuzz {
 namespace {
 
 constexpr std::size_t kMostInput = 64u << 20, kMostRefusal = 8192, kMostSaid = 1u << 16;
-constexpr std::size_t kMemory = 24'000'000;  ///< bytes that an image may take: those of the corpus take less
+constexpr std::size_t kMemory = 32'000'000;  ///< bytes that an image may take: those of the corpus take less
 constexpr int kPatience = 100'000;           ///< ms for an input: below what the fuzzer waits
 constexpr int kMostInputs = 20000;           ///< of one process: libraries may keep memory
 constexpr int kMostJumps = 200;              ///< of one process: each leaves memory and an open file behind
-constexpr std::size_t kMostLeft = 300'000'000;  ///< bytes of such memory
+constexpr std::size_t kMostLeft = 300'000'000;       ///< bytes of such memory
+constexpr int kNoMoreInputs = 4;                     ///< a process's exit status then
+constexpr std::uint64_t kEnded = ~std::uint64_t{0};  ///< instead of an answer: the process did
 
 [[noreturn]] void broken(const std::string& what) {
   std::fprintf(stderr, "vest_fuzz: %s\n", what.c_str());
@@ -52,7 +55,7 @@ bool transfer(bool write, int fd, std::uint64_t& number) {
 
 /// Whether a sanitizer's report is of a library, or of memory that a file asked for in vain.
 bool ofALibrary(const std::string& said) {
-  for (const char* memory : {"out-of-memory", "allocation-size-too-big", "failed to allocate"})
+  for (const char* memory : {"out of memory", "allocation-size-too-big", "failed to allocate"})
     if (said.find(memory) != std::string::npos) return true;
   if (said.find("runtime error:") != std::string::npos) return false;
   // An assertion of ours, or of a header that our code was compiled with.
@@ -99,7 +102,7 @@ void assertion(int signal) {
 
 struct Apart::Shared {
   volatile bool within;  ///< the work of a worker
-  volatile int jumps;    ///< of this process, out of assertions
+  volatile int status;   ///< of the process that ended
   char refusal[kMostRefusal];
   char input[kMostInput];
 };
@@ -114,22 +117,43 @@ Apart::Apart(std::function<void(const std::string&)> run) : run_(std::move(run))
 Apart::~Apart() {
   if (getpid() != parent_ || pid_ < 0) return;
   kill(pid_, SIGKILL);
-  stop();
-  close(said_);
+  waitpid(pid_, nullptr, 0);
+  for (const int fd : {to_, from_, said_}) close(fd);
 }
 
 void Apart::begin() {
   int there[2], back[2];
-  shared_->jumps = 0;
   said_ = memfd_create("said", MFD_CLOEXEC);
   if (said_ < 0 || pipe(there) != 0 || pipe(back) != 0 || (pid_ = fork()) < 0)
     broken("no process for a reader");
   if (pid_ == 0) {
     close(there[1]), close(back[0]);
-    serve(there[0], back[1]);
+    attend(there[0], back[1]);
   }
   close(there[0]), close(back[1]);
   to_ = there[1], from_ = back[0];
+}
+
+void Apart::attend(int from, int to) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+#ifdef VEST_SANITIZED
+  // What reports need to know of the libraries is read once. In each process that dies it took longer than
+  // all else.
+  char text[200];
+  __sanitizer_symbolize_pc(__builtin_return_address(0), "%F %L", text, sizeof text);
+#endif
+  for (;;) {
+    const pid_t pid = fork();
+    if (pid < 0) _exit(1);
+    if (pid == 0) serve(from, to);
+    int status = 0;
+    while (waitpid(pid, &status, 0) < 0 && errno == EINTR) continue;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMoreInputs) _exit(0);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;  // its time was up, between two inputs
+    shared_->status = status;
+    std::uint64_t answer = kEnded;
+    if (!transfer(true, to, answer)) _exit(1);
+  }
 }
 
 void Apart::serve(int from, int to) {
@@ -145,13 +169,15 @@ void Apart::serve(int from, int to) {
   const std::size_t at_first = mapped();
   said_in_child = said_;
   std::signal(SIGABRT, assertion);
-  for (std::uint64_t size = 0; transfer(false, from, size);) {
+  volatile int inputs = 0, jumps = 0;
+  for (std::uint64_t size = 0; inputs < kMostInputs && jumps < kMostJumps; ++inputs) {
+    if (!transfer(false, from, size)) _exit(kNoMoreInputs);
     lastRefusal().clear();
     if (sigsetjmp(refused, 1) == 0) {
       run_(std::string(shared_->input, size));
     } else {  // what the worker would have done at its end
       shared_->within = false;
-      shared_->jumps = mapped() > at_first + kMostLeft ? kMostJumps + 1 : shared_->jumps + 1;
+      jumps = mapped() > at_first + kMostLeft ? kMostJumps : jumps + 1;
       setrlimit(RLIMIT_DATA, &data);
       const itimerval none{};
       setitimer(ITIMER_PROF, &none, nullptr);
@@ -162,53 +188,38 @@ void Apart::serve(int from, int to) {
     std::memset(shared_->refusal, 0, 1);
     std::strncpy(shared_->refusal, why.c_str(), kMostRefusal - 1);
     if (ftruncate(said_, 0) != 0 || lseek(said_, 0, SEEK_SET) != 0) _exit(3);
-    if (!transfer(true, to, size)) break;
+    if (!transfer(true, to, size)) _exit(kNoMoreInputs);
   }
   _exit(0);
 }
 
-int Apart::stop() {
-  int status = 0;
-  close(to_), close(from_);
-  waitpid(pid_, &status, 0);
-  pid_ = -1;
-  return status;
-}
-
 void Apart::ended() {
-  const int status = stop();
   std::string said(kMostSaid, '\0');
   const ssize_t size = pread(said_, said.data(), said.size(), 0);
   said.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
-  close(said_);
   if (!shared_->within || !ofALibrary(said)) {
     std::fwrite(said.data(), 1, said.size(), stderr);
-    broken("a reader's process ended with status " + std::to_string(status));
+    broken("a reader's process ended with status " + std::to_string(shared_->status));
   }
+  if (ftruncate(said_, 0) != 0 || lseek(said_, 0, SEEK_SET) != 0) broken("no file for what a reader says");
   shared_->within = false;
   lastRefusal() = "its reader ended";
 }
 
 void Apart::operator()(const std::string& input) {
   if (input.size() > kMostInput) return;
-  if (pid_ >= 0 && (++inputs_ % kMostInputs == 0 || shared_->jumps > kMostJumps)) {
-    stop();
-    close(said_);
-  }
   if (pid_ < 0) begin();
   std::memcpy(shared_->input, input.data(), input.size());
   std::uint64_t size = input.size();
   pollfd answer{from_, POLLIN, 0};
-  if (!transfer(true, to_, size)) return ended();
+  if (!transfer(true, to_, size)) broken("no process for a reader");
   int answers = 0;
   do {
     answers = poll(&answer, 1, kPatience);
   } while (answers < 0 && errno == EINTR);  // the fuzzer's clock
-  if (answers <= 0) {
-    kill(pid_, SIGKILL);
-    broken("a reader's process does not answer");
-  }
-  if (!transfer(false, from_, size)) return ended();
+  if (answers <= 0) broken("a reader's process does not answer");
+  if (!transfer(false, from_, size)) broken("no process for a reader");
+  if (size == kEnded) return ended();
   lastRefusal() = shared_->refusal;
 }
 

@@ -24,16 +24,16 @@ class Apart {
  private:
   struct Shared;
   void begin();
+  /// Begins the process again whenever it ends. A fork of the fuzzer itself would have more memory to copy.
+  [[noreturn]] void attend(int from, int to);
   [[noreturn]] void serve(int from, int to);
-  /// Waits for the process. @returns its status
-  int stop();
   /// The process is gone: a refusal, or the end of this one.
   void ended();
 
   std::function<void(const std::string&)> run_;
   Shared* shared_ = nullptr;
   pid_t pid_ = -1, parent_ = -1;
-  int to_ = -1, from_ = -1, said_ = -1, inputs_ = 0;
+  int to_ = -1, from_ = -1, said_ = -1;
 };
 
 }  // namespace vest::fuzz

@@ -123,6 +123,12 @@ TEST(Files, YamlIsOneDocumentWithoutAnchorsTagsAndEndlessLists) {
        "more than 100 values");
   says(yaml(std::string(1000000, '[')), "more than 200 values or lines");
   says(yaml("a: [1\n"), "well-formed YAML");
+  // A file that was cut within quotes, at the end of a line or of a colon.
+  for (const char* const cut : {"a: 1\nb: \"c\n", "a: 1\nb: \"c:", "a: 1\nb: 'c\n\n", "a: 1\nb: \"c\n# d"})
+    says(yaml(cut), ": document: illegal EOF");
+  says(yaml("a: 1\nb: \"c\n"), "2: document");
+  EXPECT_EQ(yaml("a: \"b\n  c\"  # d"), "");
+  EXPECT_EQ(yaml("a: |\n  'b"), "");
 }
 
 std::string json(const std::string& text) {

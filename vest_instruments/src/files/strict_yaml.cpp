@@ -1,5 +1,6 @@
 #include "vest_instruments/files/strict_yaml.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include <yaml-cpp/eventhandler.h>
@@ -81,17 +82,19 @@ class Scan : public YAML::EventHandler {
 }  // namespace
 
 YAML::Node parseYaml(const std::string& text, const YamlLimits& limits) try {
-  // And for "{file:" at the end of a text.
-  if (!text.empty() && text.back() == ':') return parseYaml(text + '\n', limits);
   countSigns(text, 2 * limits.values);
-  std::istringstream stream(text);
+  // To yaml-cpp, the end of a text behind a line's end closes a quote. It does not behind a comment.
+  std::istringstream stream(text + "\n#");
   YAML::Parser parser(stream);
   Scan scan(limits);
   while (parser.HandleNextDocument(scan)) {
   }
-  return YAML::Load(text);
+  // yaml-cpp 0.6, again: "{file:" at the end of a text.
+  return YAML::Load(!text.empty() && text.back() == ':' ? text + '\n' : text);
 } catch (const YAML::Exception& error) {
-  throw Refused(error.mark.line + 1, "document", error.msg, "well-formed YAML");
+  const std::string before(text, 0, text.find_last_not_of(" \n") + 1);
+  const int last = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+  throw Refused(std::min(error.mark.line + 1, last), "document", error.msg, "well-formed YAML");
 }
 
 }  // namespace vest::files

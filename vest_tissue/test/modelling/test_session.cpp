@@ -307,8 +307,9 @@ TEST(Session, NearObjectsAreProposedAndTheProposalIsAnEdit) {
 }
 
 TEST(Session, ADocumentWithoutAPlaceForEachValueIsRefused) {
-  for (const char* text : {"vest_source: 1\nname: >\n  a\n", "vest_source: 1\nname:\n", "- a\n",
-                           "? name\n: a\n", "name: a\n  b\n", "", "\xff\xfe"})
+  for (const char* text :
+       {"vest_source: 1\nname: >\n  a\n", "vest_source: 1\nname:\n", "- a\n", "? name\n: a\n",
+        "name: a\n  b\n", "", "\xff\xfe", "vest_source: 1\nname: \"a\nb: {c:"})
     EXPECT_THROW(drawn(text), std::invalid_argument) << text;
   EXPECT_NO_THROW(drawn("\xEF\xBB\xBF" + kSource));
 }
