@@ -215,6 +215,20 @@ TEST(System, StopClosesTheRecordingAndStartBeginsAnotherBesideIt) {
   EXPECT_TRUE(recording);
 }
 
+TEST(System, ASnapshotOfARunningSessionSaysWhichStepItIsOf) {
+  vest_msgs::Snapshot saved, restored;
+  saved.request.operation = vest_msgs::Snapshot::Request::SAVE;
+  restored.request.operation = vest_msgs::Snapshot::Request::RESTORE;
+  for (int i = 0; i < 5; ++i) {
+    saved.request.name = restored.request.name = "running" + std::to_string(i);
+    ASSERT_TRUE(callService("/vest/tissue/snapshot", saved));
+    ASSERT_TRUE(saved.response.success) << saved.response.message;
+    ASSERT_TRUE(callService("/vest/tissue/snapshot", restored));
+    EXPECT_EQ(restored.response.step, saved.response.step);
+    EXPECT_EQ(restored.response.state_hash, saved.response.state_hash);
+  }
+}
+
 TEST(System, ASnapshotBringsTheSameStateBackAndAnUnknownOneIsRefused) {
   std_srvs::SetBool pause;
   pause.request.data = true;

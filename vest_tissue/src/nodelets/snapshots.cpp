@@ -69,13 +69,18 @@ std::string TissueServer::snapshotFile(const std::string& name) const {
 }
 
 bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snapshot::Response& res) {
+  // In the same call as what is done, so that no step comes between.
+  const auto answer = [&](scene::Simulation& s) {
+    res.step = s.world().steps();
+    res.state_hash = s.world().stateHash();
+  };
   try {
     if (req.name.empty()) throw std::invalid_argument("name: empty (allowed: a word, or the path of a file)");
     const std::string file = snapshotFile(req.name);
     if (req.operation == vest_msgs::Snapshot::Request::SAVE) {
       checkWord(req.name);
       std::vector<std::uint8_t> bytes;
-      runner_->call([&](scene::Simulation& s) { s.save(bytes); });
+      runner_->call([&](scene::Simulation& s) { s.save(bytes), answer(s); });
       if (keepsFiles()) keepFile(file, bytes);
       if (snapshots_.size() >= kMostSnapshots && snapshots_.count(req.name) == 0)
         throw std::invalid_argument("64 snapshots are kept already (allowed: names in use)");
@@ -97,7 +102,7 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
                                       "': " + why.value);
         }
       }
-      runner_->restore(bytes, req.name);
+      runner_->restore(bytes, req.name, answer);
       topology_due_ = true;
     } else {
       throw std::invalid_argument("operation: " + std::to_string(req.operation) +
@@ -110,11 +115,8 @@ bool TissueServer::onSnapshot(vest_msgs::Snapshot::Request& req, vest_msgs::Snap
     res.success = false;
     res.message = std::string("snapshot refused: ") + e.what();
     ROS_ERROR("%s", res.message.c_str());
+    runner_->call(answer);
   }
-  runner_->call([&](scene::Simulation& s) {
-    res.step = s.world().steps();
-    res.state_hash = s.world().stateHash();
-  });
   return true;
 }
 

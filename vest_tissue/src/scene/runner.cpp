@@ -196,13 +196,15 @@ std::size_t Runner::adopt(std::unique_ptr<Simulation> simulation, const std::str
   return kept;
 }
 
-void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument) {
+void Runner::restore(const std::vector<std::uint8_t>& bytes, const std::string& argument,
+                     const std::function<void(Simulation&)>& restored) {
   execute([&] {
     simulation_->restore(bytes);
     if (memory_) memory_->beginGeneration();
     fault_ = false;
     pending_command_ = Command::Restore;
     pending_argument_ = argument;
+    if (restored) restored(*simulation_);
   });
 }
 

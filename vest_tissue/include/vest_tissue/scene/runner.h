@@ -175,8 +175,10 @@ class Runner {
   /// The same for a scene that was edited: what is the same in both goes on (Simulation::adopt).
   /// @return objects that kept their State
   std::size_t adopt(std::unique_ptr<Simulation> simulation, const std::string& argument);
+  /// @param restored runs behind it, before the next step
   /// @throws std::invalid_argument, and then nothing has changed
-  void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument);
+  void restore(const std::vector<std::uint8_t>& bytes, const std::string& argument,
+               const std::function<void(Simulation&)>& restored = {});
   /// The next step applies it.
   void edit(const ParameterEdit& edit);
   /// Runs a function between two steps.
