@@ -211,6 +211,17 @@ class TestTasks(unittest.TestCase):
             env.step(np.zeros(5))
         with self.assertRaisesRegex(ValueError, "options: nonsense"):
             env.reset(options={"nonsense": 1})
+        many = vest.make_vector("reach", 2)
+        for seed in (-1, 2**64, 0.5, "a", True):
+            for of in (env, many):
+                with self.assertRaisesRegex(ValueError, r"seed: .* \(allowed: 0 to 2\^64 - 1\)"):
+                    of.reset(seed=seed)
+        with self.assertRaisesRegex(ValueError, "seed: -1"):
+            many.reset(seed=[0, -1])
+        env.reset(seed=2**64 - 1)
+        many.reset(seed=2**64 - 1)
+        with self.assertRaisesRegex(ValueError, r"option: 'frame_skip' is unknown \(allowed: .*skip"):
+            vest.make("reach", frame_skip=5)
 
     def test_seeds_states_and_vectors_are_exact(self):
         one, other = vest.make("grasp_lift"), vest.make("grasp_lift")

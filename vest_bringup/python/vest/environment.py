@@ -99,8 +99,10 @@ def exercises():
     return sorted(name for name in os.listdir(folder) if os.path.exists(f"{folder}/{name}/exercise.yaml"))
 
 
-def _model(task, scene=None, effects=False, skip=20, limit=0.0):
+def _model(task, scene=None, effects=False, skip=20, limit=0.0, **unknown):
     """Loads a task once: environments of the same task and options share its Model while one of them lives."""
+    if unknown:
+        raise ValueError(f"option: '{next(iter(unknown))}' is unknown (allowed: effects, skip, limit, threads, scene, render_mode, pictures)")
     task = os.fspath(task)
     if task not in tasks():
         if "/" not in task and not task.endswith(".yaml"):
@@ -119,6 +121,13 @@ def _model(task, scene=None, effects=False, skip=20, limit=0.0):
         model = _core.Model(task, scene, f"{_package('vest_instruments')}/config/trainer_box.yaml", vessels, key[3], key[4])
         _models[key] = model
     return model
+
+
+def _seed(seed):
+    """A seed as a number, checked."""
+    if isinstance(seed, (bool, np.bool_)) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
+        raise ValueError(f"seed: {seed!r} (allowed: 0 to 2^64 - 1)")
+    return int(seed)
 
 
 def _size(pictures):
@@ -174,10 +183,11 @@ class Env(_EnvBase):
         if options:
             raise ValueError(f"options: {', '.join(options)} (allowed: state)")
         if seed is not None:
+            seed = _seed(seed)
             self._random = np.random.default_rng(seed)
             if gymnasium:
                 self._np_random = self._random
-        self._seed = int(seed) if seed is not None else int(self._random.integers(2**63))
+        self._seed = seed if seed is not None else int(self._random.integers(2**63))
         if state is not None:
             self._env.restore(state)
             observation = self._env.observe()
@@ -186,7 +196,8 @@ class Env(_EnvBase):
         return self._seen(observation), self._info(float(observation[-2]), False)
 
     def step(self, action):
-        """observation, reward, terminated, truncated, info: one action over `skip` simulated milliseconds."""
+        """observation, reward, terminated, truncated, info: one action over `skip` simulated milliseconds.
+        Numbers beyond -1 and 1 count as these, NaN and infinite ones as 0."""
         observation, reward, terminated, truncated, score, passed = self._env.step(np.asarray(action, np.float32))
         return self._seen(observation), reward, terminated, truncated, self._info(score, passed)
 
@@ -257,8 +268,8 @@ class VectorEnv(_VectorBase):
             raise ValueError(f"options: {', '.join(options)} (allowed: none)")
         if seed is None:
             seed = int(self._random.integers(2**62))
-        seeds = np.asarray(seed, np.uint64) if np.ndim(seed) else np.uint64(seed) + np.arange(self.num_envs, dtype=np.uint64)
-        observations = self._envs.reset(seeds)
+        seeds = [_seed(one) for one in seed] if np.ndim(seed) else [(_seed(seed) + k) % 2**64 for k in range(self.num_envs)]
+        observations = self._envs.reset(np.array(seeds, np.uint64))
         info = {"score": observations[:, -2].astype(float), "passed": np.zeros(self.num_envs, bool)}
         return _observation(observations, self._pictures, self._envs.pictures), info
 
