@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Protects `import vest`: what the interface promises, errors as exceptions, exact snapshots, the same hash as C and C++, free threads, no leak."""
 import os
+import pathlib
 import re
 import resource
 import subprocess
@@ -86,7 +87,7 @@ class TestWorld(unittest.TestCase):
         self.assertEqual(world.hash(), hash_there)
         world.step(20)
         self.assertEqual(world.hash(), after)
-        other = vest.World(scene_path=TUBE)
+        other = vest.World(scene_path=pathlib.Path(TUBE))
         other.step(51)
         self.assertEqual(other.hash(), after)
         np.testing.assert_array_equal(other.positions("tube"), positions)
@@ -101,6 +102,9 @@ class TestWorld(unittest.TestCase):
             world.positions("ovary")
         with self.assertRaisesRegex(ValueError, r"object: 7 \(allowed: 0 to 0\)"):
             world.positions(7)
+        for none in (-1, None, 0.5, 2**80):
+            with self.assertRaisesRegex(ValueError, r"object: .* \(allowed: a name, or 0 to 0\)"):
+                world.positions(none)
         there = world.hash()
         for bad in (b"", b"VESTWLD7", world.save()[:-1]):
             with self.assertRaises(ValueError):
@@ -222,6 +226,15 @@ class TestTasks(unittest.TestCase):
         many.reset(seed=2**64 - 1)
         with self.assertRaisesRegex(ValueError, r"option: 'frame_skip' is unknown \(allowed: .*skip"):
             vest.make("reach", frame_skip=5)
+        with self.assertRaisesRegex(ValueError, r"option: 'render_mode' is unknown .* of a single environment"):
+            vest.make_vector("reach", 2, render_mode="rgb_array")
+        with self.assertRaisesRegex(ValueError, r"skip: 1.7 \(allowed: 1 to 1000\)"):
+            vest.make("reach", skip=1.7)
+        with self.assertRaisesRegex(ValueError, r"pictures: 'wide' \(allowed"):
+            vest.make("reach", pictures="wide")
+        for n in (0, -1, 4097, "two"):
+            with self.assertRaisesRegex(ValueError, r"environments: .* \(allowed: 1 to 4096\)"):
+                vest.make_vector("reach", n)
 
     def test_seeds_states_and_vectors_are_exact(self):
         one, other = vest.make("grasp_lift"), vest.make("grasp_lift")

@@ -102,7 +102,10 @@ def exercises():
 def _model(task, scene=None, effects=False, skip=20, limit=0.0, **unknown):
     """Loads a task once: environments of the same task and options share its Model while one of them lives."""
     if unknown:
-        raise ValueError(f"option: '{next(iter(unknown))}' is unknown (allowed: effects, skip, limit, threads, scene, render_mode, pictures)")
+        raise ValueError(f"option: '{next(iter(unknown))}' is unknown (allowed: scene, effects, skip, limit, threads, pictures; "
+                         "of a single environment render_mode, too)")
+    if int(skip) != skip:
+        raise ValueError(f"skip: {skip} (allowed: 1 to 1000)")
     task = os.fspath(task)
     if task not in tasks():
         if "/" not in task and not task.endswith(".yaml"):
@@ -134,7 +137,10 @@ def _size(pictures):
     """Width and height, checked."""
     if pictures is None:
         return None
-    width, height = (int(side) for side in pictures)
+    try:
+        width, height = (int(side) for side in pictures)
+    except (TypeError, ValueError):
+        raise ValueError(f"pictures: {pictures!r} (allowed: None, or width and height, 8 to 1024 pixels each)") from None
     if not (8 <= width <= 1024 and 8 <= height <= 1024):
         raise ValueError(f"pictures: {width} x {height} (allowed: 8 to 1024 pixels)")
     return width, height
@@ -249,6 +255,8 @@ class VectorEnv(_VectorBase):
     """n environments on threads. See make_vector()."""
 
     def __init__(self, task, n, *, threads=None, pictures=None, **options):
+        if not isinstance(n, (int, np.integer)) or not 1 <= n <= 4096:
+            raise ValueError(f"environments: {n!r} (allowed: 1 to 4096)")
         self._pictures = _size(pictures)
         self._model = _model(task, **options)
         self._envs = _core.Environments(self._model, n, threads or min(n, os.cpu_count() or 1, 64))

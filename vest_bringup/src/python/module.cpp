@@ -60,14 +60,19 @@ struct Simulated : Handle {
     return names;
   }
   std::size_t index(const py::object& object) const {
-    if (!py::isinstance<py::str>(object)) return object.cast<std::size_t>();
     const auto names = objects();
-    const auto name = object.cast<std::string>();
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto said = py::str(py::repr(object)).cast<std::string>();
+    if (!py::isinstance<py::str>(object)) {
+      py::detail::make_caster<std::size_t> number;
+      if (number.load(object, true)) return py::detail::cast_op<std::size_t>(number);
+      throw py::value_error("object: " + said + " (allowed: a name, or 0 to " +
+                            std::to_string(names.size() - 1) + ")");
+    }
+    const auto found = std::find(names.begin(), names.end(), object.cast<std::string>());
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
     std::string all;
     for (const auto& n : names) all += (all.empty() ? "" : ", ") + n;
-    throw py::value_error("object: '" + name + "' is not in the scene (allowed: " + all + ")");
+    throw py::value_error("object: " + said + " is not in the scene (allowed: " + all + ")");
   }
   py::array_t<float> positions(const py::object& object) const {
     const std::size_t which = index(object);
@@ -381,8 +386,13 @@ PYBIND11_MODULE(_core, m) {
       .def("restore", &Simulated::restore, py::arg("bytes"),
            "Takes what save() gave. All or nothing: ValueError.")
       .def("close", &Simulated::close, "Frees it now; later calls raise RuntimeError.");
-  py::class_<World, Simulated>(m, "World")
-      .def(py::init<const std::string&, int>(), py::arg("scene_path"), py::arg("threads") = 1)
+  py::class_<World, Simulated>(m, "World", "The tissue of a scene, without instruments, blood and ROS.")
+      .def(py::init([](const py::object& scene, int threads) {
+             const py::object path = py::module_::import("os").attr("fspath")(scene);
+             return std::make_unique<World>(path.cast<std::string>(), threads);
+           }),
+           py::arg("scene_path"), py::arg("threads") = 1,
+           "Loads a scene file; threads: 1 to 64. ValueError: it is refused, with file and line.")
       .def("step", &World::step, py::arg("n") = 1, "n steps of the scene's dt, without instruments.")
       .def("step_input", &World::stepInput, py::arg("input"),
            "One step with what it consumes: a vest_msgs/StepInput, or any object with some of its fields. "
