@@ -1,5 +1,6 @@
 #include "apart.h"
 
+#include <link.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -16,6 +17,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
+#include <vector>
 
 #include "../vest_tissue/src/image/worker.h"
 #include "readers.h"
@@ -36,7 +38,8 @@ constexpr std::size_t kMemory = 32'000'000;  ///< bytes that an image may take: 
 constexpr int kPatience = 100'000;           ///< ms for an input: below what the fuzzer waits
 constexpr int kMostInputs = 20000;           ///< of one process: libraries may keep memory
 constexpr int kMostJumps = 200;              ///< of one process: each leaves memory and an open file behind
-constexpr std::size_t kMostLeft = 300'000'000;       ///< bytes of such memory
+constexpr std::size_t kMostLeft = 300'000'000;  ///< bytes of such memory
+constexpr std::size_t kMostEdges = 4u << 20;
 constexpr int kNoMoreInputs = 4;                     ///< a process's exit status then
 constexpr std::uint64_t kEnded = ~std::uint64_t{0};  ///< instead of an answer: the process did
 
@@ -81,6 +84,43 @@ std::size_t mapped() {
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
+/// Where the library that reads images counts its edges for the fuzzer: section __sancov_cntrs. None in an
+/// ordinary build.
+std::vector<Apart::Counters> ourCounters() {
+  std::vector<Apart::Counters> found;
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t, void* to) {
+        FILE* const file = std::strstr(library->dlpi_name, "/libvest_tissue_image")
+                               ? std::fopen(library->dlpi_name, "rb")
+                               : nullptr;
+        if (file == nullptr) return 0;
+        const auto read = [file](auto* into, std::size_t count, std::size_t at) {
+          return std::fseek(file, static_cast<long>(at), SEEK_SET) == 0 &&
+                 std::fread(into, sizeof *into, count, file) == count;
+        };
+        ElfW(Ehdr) head;
+        std::vector<ElfW(Shdr)> sections;
+        std::string names;
+        bool whole = read(&head, 1, 0);
+        if (whole)
+          sections.resize(head.e_shnum), whole = read(sections.data(), sections.size(), head.e_shoff);
+        if (whole && head.e_shstrndx < sections.size()) {
+          const auto& of = sections[head.e_shstrndx];
+          names.resize(of.sh_size);
+          whole = read(names.data(), names.size(), of.sh_offset);
+        }
+        for (const auto& section : sections)
+          if (whole && section.sh_name < names.size() &&
+              std::strcmp(&names[section.sh_name], "__sancov_cntrs") == 0)
+            static_cast<std::vector<Apart::Counters>*>(to)->push_back(
+                {reinterpret_cast<std::uint8_t*>(library->dlpi_addr + section.sh_addr), section.sh_size});
+        std::fclose(file);
+        return 0;
+      },
+      &found);
+  return found;
+}
+
 sigjmp_buf refused;      ///< where the child goes on behind an assertion
 int said_in_child = -1;  ///< what it has said
 
@@ -104,6 +144,7 @@ struct Apart::Shared {
   volatile bool within;  ///< the work of a worker
   volatile int status;   ///< of the process that ended
   char refusal[kMostRefusal];
+  std::uint8_t edges[kMostEdges];  ///< that the last input reached: as Counters, one after the other
   char input[kMostInput];
 };
 
@@ -123,6 +164,10 @@ Apart::~Apart() {
 
 void Apart::begin() {
   int there[2], back[2];
+  std::size_t edges = 0;
+  counters_ = ourCounters();
+  for (const Counters& c : counters_) edges += c.count;
+  if (edges > kMostEdges) broken("more than " + std::to_string(kMostEdges) + " edges");
   said_ = memfd_create("said", MFD_CLOEXEC);
   if (said_ < 0 || pipe(there) != 0 || pipe(back) != 0 || (pid_ = fork()) < 0)
     broken("no process for a reader");
@@ -173,6 +218,7 @@ void Apart::serve(int from, int to) {
   for (std::uint64_t size = 0; inputs < kMostInputs && jumps < kMostJumps; ++inputs) {
     if (!transfer(false, from, size)) _exit(kNoMoreInputs);
     lastRefusal().clear();
+    for (const Counters& c : counters_) std::memset(c.at, 0, c.count);
     if (sigsetjmp(refused, 1) == 0) {
       run_(std::string(shared_->input, size));
     } else {  // what the worker would have done at its end
@@ -184,6 +230,8 @@ void Apart::serve(int from, int to) {
       setitimer(ITIMER_REAL, &none, nullptr);
       lastRefusal() = "its reader ended";
     }
+    std::uint8_t* edges = shared_->edges;
+    for (const Counters& c : counters_) edges = std::copy_n(c.at, c.count, edges);
     const std::string& why = lastRefusal();
     std::memset(shared_->refusal, 0, 1);
     std::strncpy(shared_->refusal, why.c_str(), kMostRefusal - 1);
@@ -221,6 +269,10 @@ void Apart::operator()(const std::string& input) {
   if (!transfer(false, from_, size)) broken("no process for a reader");
   if (size == kEnded) return ended();
   lastRefusal() = shared_->refusal;
+  // The fuzzer sees what its input reached there.
+  const std::uint8_t* edges = shared_->edges;
+  for (const Counters& c : counters_)
+    for (std::size_t i = 0; i < c.count; ++i, ++edges) c.at[i] = std::max(c.at[i], *edges);
 }
 
 }  // namespace vest::fuzz

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace vest::fuzz {
 
@@ -15,6 +16,11 @@ namespace vest::fuzz {
 /// this one.
 class Apart {
  public:
+  /// Of a library's edges, one byte each.
+  struct Counters {
+    std::uint8_t* at;
+    std::size_t count;
+  };
   explicit Apart(std::function<void(const std::string&)> run);
   ~Apart();
   Apart(const Apart&) = delete;
@@ -32,6 +38,7 @@ class Apart {
 
   std::function<void(const std::string&)> run_;
   Shared* shared_ = nullptr;
+  std::vector<Counters> counters_;
   pid_t pid_ = -1, parent_ = -1;
   int to_ = -1, from_ = -1, said_ = -1;
 };
