@@ -5,15 +5,20 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import unittest
 
 import actionlib
+import rosgraph
 import rospkg
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
 from std_srvs.srv import Trigger
 from vest_msgs.msg import ExerciseAction, ExerciseGoal, ParameterEdit, SessionState, StringStamped
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "vest_haptics", "test"))
+from ros_support import patient  # noqa: E402
 
 PATIENCE = rospy.Duration(100)
 
@@ -35,6 +40,11 @@ class ExerciseLive(unittest.TestCase):
 
     def tool(self, *words):
         return subprocess.run(["rosrun", "vest_bringup", *words], capture_output=True, text=True, timeout=100)
+
+    def all_listen(self, publisher):
+        """Whether every node that wants the topic is connected: what is published before is lost to the others."""
+        nodes = next((nodes for topic, nodes in rosgraph.Master("/test").getSystemState()[1] if topic == publisher.resolved_name), [])
+        return 0 < len(nodes) <= publisher.get_num_connections()
 
     def ended(self, **goal):
         self.client.send_goal(ExerciseGoal(**goal), feedback_cb=self.feedback.append)
@@ -77,6 +87,8 @@ class ExerciseLive(unittest.TestCase):
         # Again, with a teacher who helps. This one counts: it is the last.
         edits = rospy.Publisher("/vest/parameter_edit", ParameterEdit, queue_size=1)
         notes = rospy.Publisher("/vest/session/notes", StringStamped, queue_size=1)
+        for publisher in (edits, notes):
+            self.assertTrue(patient(lambda: self.all_listen(publisher)), publisher.name)  # noqa: B023
         del self.feedback[:]
         self.client.send_goal(ExerciseGoal(exercise=file), feedback_cb=self.feedback.append)
         while not self.feedback:
