@@ -139,8 +139,8 @@ typedef struct vest_result {
 VEST_API int vest_env_new(vest_handle model, int32_t threads, vest_handle* env);
 /** @param count of the observation's numbers: vest_model_observation_size() */
 VEST_API int vest_reset(vest_handle env, uint64_t seed, float* observation, size_t count);
-/** @param action action_count numbers in [-1, 1]: vest_model_action_size(). Others count as the nearer end, NaN and
-    infinite ones as 0 */
+/** @param action action_count numbers in [-1, 1]: vest_model_action_size(). Others count as the nearer end,
+   NaN and infinite ones as 0 */
 VEST_API int vest_step(vest_handle env, const float* action, size_t action_count, float* observation,
                        size_t count, vest_result* result);
 /** The action of a script that sees the scene. */
