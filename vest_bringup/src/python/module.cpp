@@ -388,7 +388,7 @@ PYBIND11_MODULE(_core, m) {
       .def("close", &Simulated::close, "Frees it now; later calls raise RuntimeError.");
   py::class_<World, Simulated>(m, "World", "The tissue of a scene, without instruments, blood and ROS.")
       .def(py::init([](const py::object& scene, int threads) {
-             const py::object path = py::module_::import("os").attr("fspath")(scene);
+             const py::object path = py::module::import("os").attr("fspath")(scene);
              return std::make_unique<World>(path.cast<std::string>(), threads);
            }),
            py::arg("scene_path"), py::arg("threads") = 1,
