@@ -84,6 +84,7 @@ TEST_F(TraineesTest, NamesWithQuotesAndEmojiAreNames) {
         << "looks like another";
   EXPECT_NE(refusal([&] { t.add(std::string(65, 'x')); }).find("64 bytes"), std::string::npos);
   EXPECT_NE(refusal([&] { t.keep(attempt("nobody")); }).find("unknown"), std::string::npos);
+  EXPECT_NE(refusal([&] { t.attempts("no\nbody"); }).find("no\\x0abody"), std::string::npos) << "one line";
 }
 
 TEST_F(TraineesTest, ANameThatCannotBeToldFromNoneOrAnotherIsRefused) {

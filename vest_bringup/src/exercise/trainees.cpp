@@ -233,7 +233,8 @@ void Trainees::mustKnow(const std::string& trainee) const {
   const bool known = select.row();
   if (!select.good()) fail("read");
   if (!known)
-    throw DatabaseError("trainee '" + trainee + "': unknown (vest_trainee add makes one, list tells all)");
+    throw DatabaseError("trainee '" + files::shown(trainee) +
+                        "': unknown (vest_trainee add makes one, list tells all)");
 }
 
 Attempt Trainees::keep(Attempt a) {
