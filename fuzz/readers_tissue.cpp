@@ -86,7 +86,7 @@ void readNet(const std::string& input) {
   });
 }
 
-const std::map<std::string, modelling::MaterialEntry>& shippedMaterials() {
+const modelling::Materials& shippedMaterials() {
   static const auto materials =
       modelling::readMaterials(std::string(VEST_SOURCE_DIR) + "/vest_tissue/data/materials.yaml");
   return materials;

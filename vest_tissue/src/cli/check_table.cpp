@@ -13,10 +13,12 @@
 #include "vest_instruments/files/read.h"
 #include "vest_tissue/fem/description.h"
 #include "vest_tissue/fem/model.h"
+#include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/bake.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/falling.h"
 #include "vest_tissue/scene/fem_object.h"
+#include "vest_tissue/scene/tissue_numbers.h"
 
 namespace vest::tools {
 namespace {
@@ -103,6 +105,22 @@ void print(const Overlap& o) {
         o.a_in_b, a, b, o.b_in_a, 1000 * o.deepest);
 }
 
+/// Numbers of objects that are others than their tissue's.
+void printOverrides(const scene::Description& description) {
+  material::Database database;
+  for (const auto& object : description.objects) {
+    if (object.material.empty()) continue;
+    if (database.tissues.empty()) database = material::readDatabase(material::databasePath());
+    const auto tissue = std::find_if(database.tissues.begin(), database.tissues.end(),
+                                     [&](const material::Tissue& t) { return t.name == object.material; });
+    if (tissue == database.tissues.end()) continue;
+    for (const scene::Override& o : scene::overridesOf(object, *tissue))
+      std::printf("override: %s of %s: %.6g %s; its tissue, %s, has %.6g\n", o.quantity.c_str(),
+                  object.name.c_str(), o.value, o.unit == "1" ? "(no unit)" : o.unit.c_str(),
+                  tissue->name.c_str(), o.of_tissue);
+  }
+}
+
 /// Connected tetrahedra.
 std::size_t countParts(const fem::Description& d) {
   const std::vector<int> parts = fem::components(d, {});
@@ -157,6 +175,7 @@ bool printCheck(const scene::Description& description) {
   if (!whole)
     std::printf("overlap: no more is looked for than %zu pairs, and %zu knots near others\n", kMostOverlaps,
                 kMostQuestions);
+  printOverrides(description);
   const std::string condensed = scene::condensedSentence(description);
   if (!condensed.empty()) std::printf("%s\n", condensed.c_str());
   const std::string falling = scene::fallingSentence(description);

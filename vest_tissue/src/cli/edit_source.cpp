@@ -9,7 +9,7 @@
 namespace vest::tools {
 
 std::string editSource(const std::string& source, const std::string& script, const std::string& directory,
-                       const std::map<std::string, modelling::MaterialEntry>& materials) {
+                       const modelling::Materials& materials) {
   constexpr std::size_t kMost = scene::yaml::kMaxBytes;
   modelling::Session session(source, scene::yaml::readFile(source, kMost), materials);
   modelling::play(modelling::readEdits(script, scene::yaml::readFile(script, kMost)), session);
@@ -19,7 +19,7 @@ std::string editSource(const std::string& source, const std::string& script, con
 }
 
 void printProposals(const std::string& source, const std::string& object, double within,
-                    const std::map<std::string, modelling::MaterialEntry>& materials) {
+                    const modelling::Materials& materials) {
   const modelling::Session session(source, scene::yaml::readFile(source, scene::yaml::kMaxBytes), materials);
   const auto proposals = session.propose(object, within);
   std::printf("vest_edits: 1\nsource_hash: \"%s\"\n", session.hash().c_str());

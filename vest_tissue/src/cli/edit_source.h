@@ -9,10 +9,10 @@ namespace vest::tools {
 
 /// `vest_model edit`. @return the scene file that was written; empty: nothing was to be written
 std::string editSource(const std::string& source, const std::string& script, const std::string& directory,
-                       const std::map<std::string, modelling::MaterialEntry>& materials);
+                       const modelling::Materials& materials);
 
 /// `vest_model propose`: edits that would tie an object to what lies near it, as an edits file.
 void printProposals(const std::string& source, const std::string& object, double within,
-                    const std::map<std::string, modelling::MaterialEntry>& materials);
+                    const modelling::Materials& materials);
 
 }  // namespace vest::tools

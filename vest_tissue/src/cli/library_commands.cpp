@@ -59,7 +59,7 @@ bool checkLibrary(const std::vector<LibraryEntry>& entries) {
 
 std::string addPart(const std::string& source, const LibraryEntry& entry, const std::string& as,
                     const std::vector<double>& by, const std::string& directory,
-                    const std::map<std::string, modelling::MaterialEntry>& materials) {
+                    const modelling::Materials& materials) {
   modelling::Session session(source, scene::yaml::readFile(source, scene::yaml::kMaxBytes), materials);
   const modelling::Vector3 shift =
       by.size() == 3 ? modelling::Vector3(by[0], by[1], by[2]) : modelling::Vector3(0, 0, 0);

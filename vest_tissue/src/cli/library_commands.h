@@ -20,6 +20,6 @@ bool checkLibrary(const std::vector<modelling::LibraryEntry>& entries);
 /// `vest_model add`: a part's objects into a source. @return the scene file that was written
 std::string addPart(const std::string& source, const modelling::LibraryEntry& entry, const std::string& as,
                     const std::vector<double>& by, const std::string& directory,
-                    const std::map<std::string, modelling::MaterialEntry>& materials);
+                    const modelling::Materials& materials);
 
 }  // namespace vest::tools

@@ -19,6 +19,7 @@
 #include "vest_tissue/scene/edits.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/scene_files.h"
+#include "vest_tissue/scene/tissue_numbers.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -59,7 +60,7 @@ PlainMaterial readMaterial(const Value& value, Files& files, Object& object) {
   const auto use = [&](const Value& name, material::Condition condition) {
     const material::Tissue& tissue = files.material(name);
     object.material = tissue.name;
-    takeThermal(tissue, condition, object);
+    takeTissue(tissue, condition, object);
     object.law = tissue.law(condition);
     material.density = object.density = tissue.at("density", condition).value;
     material.poisson_ratio = tissue.at("poisson_ratio", condition).value;
@@ -271,9 +272,6 @@ Object readObject(const Value& value, Files& files, bool in_world) {
         "materials", "vessel_from", "fixed_boxes", "rayleigh_mass", "rayleigh_stiffness", "start"}) {
     if (!elements && map.has(of_fem)) map[of_fem].fail("belongs to objects with model: fem or volume");
   }
-  if (map.has("friction")) object.friction = map["friction"].number(0, 2);
-  if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
-  if (map.has("cut_toughness")) object.cut_toughness = map["cut_toughness"].number(0, 1e6);
   if (map.has("puncture_force")) object.puncture_force = map["puncture_force"].number(0, 1e3);
   if (map.has("wall_thickness")) object.wall_thickness = map["wall_thickness"].number(0, 1e3);
   if (map.has("contact_thickness")) object.contact_thickness = map["contact_thickness"].number(0, 1e6);
@@ -294,7 +292,7 @@ Object readObject(const Value& value, Files& files, bool in_world) {
   if (map.has("baked")) {
     object.material = map["material"].name();
     if (const material::Tissue* tissue = files.known(object.material))
-      takeThermal(*tissue, material::Condition::InVivo, object);
+      takeTissue(*tissue, material::Condition::InVivo, object);
     if (!map.has("law") || !map.has("density")) {  // the database's
       const material::Tissue& tissue = files.material(map["material"]);
       object.law = tissue.law();

@@ -13,6 +13,7 @@
 #include "vest_tissue/fem/tissue.h"
 #include "vest_tissue/scene/baked.h"
 #include "vest_tissue/scene/fem_object.h"
+#include "vest_tissue/scene/tissue_numbers.h"
 #include "vest_tissue/volume/lattice.h"
 #include "vest_tissue/volume/mesh_file.h"
 
@@ -183,11 +184,12 @@ std::vector<double> readMaterials(Reading& r, const TissueNamed& tissue,
                                   const std::vector<std::uint16_t>& label) {
   Map& map = r.map;
   std::vector<double> perfusion;
+  std::vector<const material::Tissue*> named;
   if (!map.has("materials")) {
     Map material(map["material"]);
     if (const material::Tissue* of = readElasticity(material, tissue, r.d.material)) {
       r.object.material = of->name;
-      takeThermal(*of, material::Condition::InVivo, r.object);
+      takeTissue(*of, material::Condition::InVivo, r.object);
     }
     readRayleigh(material, r.d.material);
     material.finish();
@@ -202,8 +204,9 @@ std::vector<double> readMaterials(Reading& r, const TissueNamed& tissue,
     if (place[of] >= 0) entry["label"].fail("must be there once");
     place[of] = static_cast<int>(r.d.materials.size());
     fem::Material m;
-    const material::Tissue* const named = readElasticity(entry, tissue, m);
-    perfusion.push_back(named ? named->at("perfusion").value : std::nan(""));
+    const material::Tissue* const of_tissue = readElasticity(entry, tissue, m);
+    perfusion.push_back(of_tissue ? of_tissue->at("perfusion").value : std::nan(""));
+    named.push_back(of_tissue);
     entry.finish();
     r.d.materials.push_back(m);
   }
@@ -214,10 +217,16 @@ std::vector<double> readMaterials(Reading& r, const TissueNamed& tissue,
   }
   // What stands for the whole where one number is wanted: the mean over the cells.
   r.d.material.poisson_ratio = r.d.materials[0].poisson_ratio;
+  std::vector<std::size_t> elements(named.size(), 0);
   for (const std::uint16_t c : r.d.cell_material) {
+    if (named[c]) ++elements[c];
     r.d.material.youngs_modulus += r.d.materials[c].youngs_modulus / static_cast<double>(label.size());
     r.d.material.density += r.d.materials[c].density / static_cast<double>(label.size());
   }
+  const auto most = std::max_element(elements.begin(), elements.end());
+  if (most != elements.end() && *most > 0)
+    takeTissue(*named[static_cast<std::size_t>(most - elements.begin())], material::Condition::InVivo,
+               r.object);
   return perfusion;
 }
 
@@ -337,12 +346,6 @@ void readHeld(Reading& r) {
 }
 
 }  // namespace
-
-void takeThermal(const material::Tissue& tissue, material::Condition condition, Object& object) {
-  object.thermal.heat_capacity = tissue.at("heat_capacity", condition).value;
-  object.thermal.conductivity = tissue.at("thermal_conductivity", condition).value;
-  object.thermal.perfusion = tissue.at("perfusion", condition).value;
-}
 
 void perfuseByLabel(const std::vector<double>& perfusion, Object& object) {
   if (std::all_of(perfusion.begin(), perfusion.end(), [](double p) { return std::isnan(p); })) return;

@@ -16,12 +16,10 @@ using ReadFile = std::function<std::string(const yaml::Value&, std::string&)>;
 /// The tissue of the database that a value names.
 using TissueNamed = std::function<const material::Tissue&(const yaml::Value&)>;
 
-/// Heat and blood of a tissue, where the scene says nothing else.
-void takeThermal(const material::Tissue& tissue, material::Condition condition, Object& object);
-
 /// Keys of an object with `model: fem` or `model: volume` (docs/scene_format.md).
-/// In a World each node belongs to a tetrahedron. @throws std::invalid_argument: file, line, field, value,
-/// what is allowed
+/// In a World each node belongs to a tetrahedron. Of several tissues the object's own numbers are those of
+/// the one that most elements are of. @throws std::invalid_argument: file, line, field, value, what is
+/// allowed
 /// @return 1/s, per entry of `materials`: blood of the tissue that it names; NaN where it names none. Empty:
 /// no `materials`.
 std::vector<double> readFem(yaml::Map& map, const ReadFile& read, const TissueNamed& tissue, bool in_world,

@@ -66,28 +66,27 @@ std::string motilityText(const motility::Motility& m) {
   return out + ramp;
 }
 
-std::string heatText(const Object& object) {
-  const Object normal;
-  const auto &t = object.thermal, &usual = normal.thermal;
-  const double is[] = {t.heat_capacity, t.conductivity, t.perfusion, t.water},
-               was[] = {usual.heat_capacity, usual.conductivity, usual.perfusion, usual.water};
-  std::string out;
-  char text[200];
-  if (!std::equal(std::begin(is), std::end(is), std::begin(was))) {
-    std::snprintf(
-        text, sizeof text,
-        "    thermal: {heat_capacity: %.10g, conductivity: %.10g, perfusion: %.10g, water: %.10g}\n", is[0],
-        is[1], is[2], is[3]);
+std::string livingText(const Object& object) {
+  const auto& t = object.thermal;
+  char text[400];
+  std::snprintf(text, sizeof text, "    friction: %.10g\n", object.friction);
+  std::string out = text;
+  if (object.model != ObjectModel::Rigid) {
+    std::snprintf(text, sizeof text,
+                  "    cut_toughness: %.10g\n    tear_strain: %.10g\n    grasp_damage_threshold: %.10g\n",
+                  object.cut_toughness, object.tear_strain, object.grasp_damage_threshold);
     out += text;
   }
-  if (object.grasp_damage_threshold != normal.grasp_damage_threshold) {
-    std::snprintf(text, sizeof text, "    grasp_damage_threshold: %.10g\n", object.grasp_damage_threshold);
-    out += text;
-  }
-  return out;
+  std::snprintf(text, sizeof text,
+                "    thermal: {heat_capacity: %.10g, conductivity: %.10g, perfusion: %.10g, water: %.10g}\n",
+                t.heat_capacity, t.conductivity, t.perfusion, t.water);
+  return out + text;
 }
 
 void readLiving(Map& map, Object& object) {
+  if (map.has("friction")) object.friction = map["friction"].number(0, 2);
+  if (map.has("tear_strain")) object.tear_strain = map["tear_strain"].number(0, 1e3);
+  if (map.has("cut_toughness")) object.cut_toughness = map["cut_toughness"].number(0, 1e6);
   if (map.has("grasp_damage_threshold"))
     object.grasp_damage_threshold = map["grasp_damage_threshold"].number(0, 1e9);
   if (map.has("thermal")) {

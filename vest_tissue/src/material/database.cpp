@@ -23,7 +23,9 @@ const Ranges kRanges{{"youngs_modulus", {1, 1e12}},
                      {"speed_of_sound", {100, 10000}},
                      {"viscosity", {0, 1e6}},
                      {"cut_toughness", {0.1, 1e7}},
+                     {"tear_strain", {1e-3, 100}},
                      {"grasp_damage", {1, 1e10}},
+                     {"friction", {0, 2}},
                      {"perfusion", {0, 1}},
                      {"thermal_conductivity", {0.001, 1000}},
                      {"heat_capacity", {1, 1e5}}};
@@ -109,7 +111,7 @@ const Tissue& Database::at(const std::string& name) const {
 Database readDatabase(const std::string& path) {
   const Value root = scene::yaml::parse(path, scene::yaml::readFile(path, scene::yaml::kMaxBytes));
   Map map(root);
-  map["vest_materials"].integer(2, 2);
+  map["vest_materials"].integer(3, 3);
   const Words units = readUnits(map["units"], kRanges), sources = readSources(map["sources"]);
   Database database;
   database.file = path;

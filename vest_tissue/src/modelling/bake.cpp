@@ -9,8 +9,10 @@
 #include <Eigen/Geometry>
 
 #include "vest_tissue/fem/description.h"
+#include "vest_tissue/modelling/ring_stiffness.h"
 #include "vest_tissue/scene/fem_object.h"
 #include "vest_tissue/scene/spread_texture.h"
+#include "vest_tissue/scene/tissue_numbers.h"
 
 namespace vest::modelling {
 namespace {
@@ -169,13 +171,15 @@ void addLinks(const Draft& draft, Object& object) {
   } catch (const std::invalid_argument& error) {
     fail(source, "springs", error.what());
   }
-  for (const NetLink& net_link : links) {
+  const std::vector<double> areas = linkAreas(draft.net, links);
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const NetLink& net_link = links[i];
     scene::Link link;
     link.knot0 = net_link.a;
     link.knot1 = net_link.b;
     link.rest = (object.rest_position[net_link.b] - object.rest_position[net_link.a]).norm() /
                 (1.0 + source.prestrain);
-    link.area = source.stiffness_factor * linkArea(draft.net, net_link, object.rest_position);
+    link.area = areas[i];
     const double stiffness = linkStiffness(object, link);
     const double reduced = object.mass[link.knot0] * object.mass[link.knot1] /
                            (object.mass[link.knot0] + object.mass[link.knot1]);
@@ -341,10 +345,8 @@ double highestFrequency(const Object& object) {
 
 namespace {
 
-using Materials = std::map<std::string, MaterialEntry>;
-
-const MaterialEntry& materialOf(const ObjectSource& object, const std::string& key, const std::string& name,
-                                const Materials& materials) {
+const material::Tissue& materialOf(const ObjectSource& object, const std::string& key,
+                                   const std::string& name, const Materials& materials) {
   const auto found = materials.find(name);
   if (found != materials.end()) return found->second;
   std::string known;
@@ -371,8 +373,9 @@ void addLayers(const Draft& draft, const std::vector<Draft>& drafts, const Vecto
   fem->tetrahedra = mesh.tetrahedra;
   fem->cell_material = mesh.layer;
   for (const Layer& layer : from.layers) {
-    const MaterialEntry& entry = materialOf(from, "layers", layer.material, materials);
-    fem->materials.push_back({entry.law.youngs_modulus, entry.poisson_ratio, entry.density, 0.0, 0.0});
+    const material::Tissue& entry = materialOf(from, "layers", layer.material, materials);
+    fem->materials.push_back(
+        {entry.law().youngs_modulus, entry.at("poisson_ratio").value, entry.at("density").value, 0.0, 0.0});
   }
   fem->material = fem->materials[0];
   fem->material.rayleigh_mass = kRayleighMass;
@@ -388,24 +391,28 @@ void addLayers(const Draft& draft, const std::vector<Draft>& drafts, const Vecto
   object.fem = std::move(fem);
   scene::completeFem(object);
   object.contact_thickness = from.contact_thickness;
-  object.friction = from.friction;
   object.full_contact = from.full_contact;
-  object.cut_toughness = from.cut_toughness;
   object.puncture_force = from.puncture_force;
 }
 
 Object objectOf(const Draft& draft, const std::vector<Draft>& drafts, const Vector3& gravity,
                 const Materials& materials) {
   const ObjectSource& from = *draft.source;
-  const MaterialEntry& material = materialOf(from, "material", from.material, materials);
+  const material::Tissue& material = materialOf(from, "material", from.material, materials);
   Object object;
   object.name = from.name;
   object.organ = from.organ;
   object.material = from.material;
   object.roles = from.roles;
   object.model = from.rigid ? scene::ObjectModel::Rigid : scene::ObjectModel::Net;
-  object.law = material.law;
-  object.density = material.density;
+  object.law = material.law();
+  object.law.youngs_modulus *= from.stiffness_factor;
+  object.density = material.at("density").value;
+  scene::takeTissue(material, material::Condition::InVivo, object);
+  object.friction = from.friction.value_or(object.friction);
+  object.cut_toughness = from.cut_toughness.value_or(object.cut_toughness);
+  object.tear_strain = from.tear_strain.value_or(object.tear_strain);
+  object.grasp_damage_threshold = from.grasp_damage_threshold.value_or(object.grasp_damage_threshold);
   if (!from.layers.empty()) {
     addLayers(draft, drafts, gravity, materials, object);
     return object;
@@ -421,11 +428,8 @@ Object objectOf(const Draft& draft, const std::vector<Draft>& drafts, const Vect
   }
   object.contact_triangles = draft.triangles;
   object.contact_thickness = from.contact_thickness;
-  object.friction = from.friction;
   object.full_contact = from.full_contact;
-  object.cut_toughness = from.cut_toughness;
   object.puncture_force = from.puncture_force;
-  object.tear_strain = from.tear_strain;
   object.wall_thickness = from.inner_wall > 0.0 ? from.inner_wall
                           : from.tube           ? from.tube->wall_thickness
                           : from.revolve        ? from.revolve->wall_thickness
@@ -510,8 +514,7 @@ void checkSkins(const std::vector<Draft>& drafts) {
 
 }  // namespace
 
-scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials,
-                        BakeCache* cache) {
+scene::Description bake(const SceneSource& source, const Materials& materials, BakeCache* cache) {
   scene::Description description;
   description.name = source.name;
   description.gravity = source.gravity;
@@ -539,7 +542,7 @@ scene::Description bake(const SceneSource& source, const std::map<std::string, M
   for (const TreeSource& tree : source.trees) {
     if (tree.spec.supply.empty()) continue;
     description.vessels.push_back(
-        vesselTree(tree.name, tree.spec, tree.branches, materials.at(tree.material).law.youngs_modulus));
+        vesselTree(tree.name, tree.spec, tree.branches, materials.at(tree.material).law().youngs_modulus));
   }
   for (auto& [name, entry] : kept.entries) entry.used = false;
   for (const ObjectSource& object : source.objects) kept.entries[object.name].used = true;

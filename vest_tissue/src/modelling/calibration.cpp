@@ -120,59 +120,65 @@ double bendingModulus(const Lattice& lattice) {
   return wanted / (inertia * (turn / weight));
 }
 
-Bar pullBar(const scene::Object& net, int axis, double area, double strain) {
-  const auto& p = net.rest_position;
-  double low = p[0][axis], high = low;
-  for (const auto& x : p) low = std::min(low, x[axis]), high = std::max(high, x[axis]);
-  const double length = high - low, slack = 1e-6 * length;
-  std::vector<double> reach(p.size(), 0.0);
-  for (const scene::Link& l : net.links) {
-    if (l.kind != scene::LinkKind::Elastic) continue;
-    const Vector3d u = p[l.knot1] - p[l.knot0];
-    const double size = l.stiffness > 0.0 ? l.stiffness * l.rest : net.law.youngs_modulus * l.area;
-    const double along = size * std::fabs(u[axis]) / u.norm();
-    reach[l.knot0] += along, reach[l.knot1] += along;
+scene::Object cutBar(const scene::Object& net, std::uint32_t first, std::uint32_t last) {
+  scene::Object bar;
+  bar.name = net.name;
+  bar.law = net.law;
+  std::vector<scene::Index> place(net.rest_position.size(), ~0u);
+  for (std::uint32_t r = first; r <= last; ++r) {
+    bar.tube.station.push_back(net.tube.station.at(r));
+    auto& ring = bar.tube.rings.emplace_back();
+    for (const scene::Index knot : net.tube.rings.at(r)) {
+      place[knot] = static_cast<scene::Index>(bar.rest_position.size());
+      ring.push_back(place[knot]);
+      bar.rest_position.push_back(net.rest_position[knot]);
+      bar.mass.push_back(net.mass[knot]);
+    }
   }
-  double sums[2] = {0.0, 0.0};
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (p[i][axis] < low + slack) sums[0] += reach[i];
-    if (p[i][axis] > high - slack) sums[1] += reach[i];
+  bar.position = bar.rest_position;
+  bar.damping.assign(bar.mass.size(), 0.0);
+  bar.fixed.assign(bar.mass.size(), 0);
+  for (scene::Link link : net.links) {
+    link.knot0 = place[link.knot0], link.knot1 = place[link.knot1];
+    if (link.knot0 != ~0u && link.knot1 != ~0u) bar.links.push_back(link);
   }
-  if (!(sums[0] > 0.0) || !(sums[1] > 0.0))
-    throw std::invalid_argument("object '" + net.name + "': no links along axis " + std::to_string(axis) +
-                                " at an end (allowed: knots at both ends with elastic links)");
-  const double force = strain * net.law.youngs_modulus * area;
-  std::vector<Vector3d> f(p.size(), Vector3d::Zero());
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (p[i][axis] < low + slack) f[i][axis] = -force * reach[i] / sums[0];
-    if (p[i][axis] > high - slack) f[i][axis] = force * reach[i] / sums[1];
-  }
-  scene::Object loose = net;
-  loose.fixed.assign(p.size(), 0);
-  const auto x = respond(loose, f);
-  double ends[2] = {0.0, 0.0};
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (p[i][axis] < low + slack) ends[0] += (x[i][axis] - p[i][axis]) * reach[i] / sums[0];
-    if (p[i][axis] > high - slack) ends[1] += (x[i][axis] - p[i][axis]) * reach[i] / sums[1];
-  }
-  const Matrix3d h = displacementGradient(net, x);
-  Bar bar;
-  bar.youngs = force * length / (area * (ends[1] - ends[0]));
-  bar.poisson = -0.5 * (h.trace() - h(axis, axis)) / h(axis, axis);
   return bar;
 }
 
-Bar calibrateBar(scene::Object& net, int axis, double area, int rounds) {
-  Bar bar = pullBar(net, axis, area);
-  for (int round = 0; round < rounds; ++round) {
-    const double factor = net.law.youngs_modulus / bar.youngs;
-    if (std::fabs(factor - 1.0) < 1e-6) break;
-    if (!(factor > 0.0)) throw std::runtime_error("object '" + net.name + "': its bar has no stiffness");
-    for (scene::Link& l : net.links)
-      if (l.kind == scene::LinkKind::Elastic && l.stiffness == 0.0) l.area *= factor;
-    bar = pullBar(net, axis, area);
+double barModulus(const scene::Object& bar, const std::vector<double>& section) {
+  const auto& rings = bar.tube.rings;
+  if (rings.size() < 6 || section.size() + 1 != rings.size())
+    throw std::invalid_argument("object '" + bar.name + "': " + std::to_string(rings.size()) + " rings and " +
+                                std::to_string(section.size()) +
+                                " sections (allowed: 6 rings or more, and a section between each two)");
+  const auto centre = [](const std::vector<scene::Index>& ring, const std::vector<Vector3d>& of) {
+    Vector3d sum = Vector3d::Zero();
+    for (const scene::Index knot : ring) sum += of[knot];
+    return Vector3d(sum / static_cast<double>(ring.size()));
+  };
+  const auto& p = bar.rest_position;
+  const Vector3d chord = (centre(rings.back(), p) - centre(rings.front(), p)).normalized();
+  std::vector<double> reach(p.size(), 0.0);
+  for (const scene::Link& l : bar.links) {
+    const double along = l.area * std::fabs((p[l.knot1] - p[l.knot0]).normalized().dot(chord));
+    reach[l.knot0] += along, reach[l.knot1] += along;
   }
-  return bar;
+  const double force = kSmall * bar.law.youngs_modulus * section.front();
+  std::vector<Vector3d> f(p.size(), Vector3d::Zero());
+  for (const bool back : {false, true}) {
+    const auto& ring = back ? rings.back() : rings.front();
+    double sum = 0.0;
+    for (const scene::Index knot : ring) sum += reach[knot];
+    for (const scene::Index knot : ring) f[knot] = (back ? force : -force) * reach[knot] / sum * chord;
+  }
+  const auto x = respond(bar, f);
+  double longer = 0.0, per_modulus = 0.0;
+  for (std::size_t r = 2; r + 3 < rings.size(); ++r) {  // an end's forces even out within two rings
+    const Vector3d step = centre(rings[r + 1], p) - centre(rings[r], p), along = step.normalized();
+    longer += along.dot(centre(rings[r + 1], x) - centre(rings[r], x) - step);
+    per_modulus += force * along.dot(chord) * step.norm() / section[r];
+  }
+  return per_modulus / longer;
 }
 
 }  // namespace vest::modelling

@@ -144,7 +144,7 @@ std::vector<std::string> faultsOf(const std::vector<LibraryEntry>& entries) {
       if (entry.kind == "table") volume::readTransferTable(entry.file);
       if (entry.kind == "scene") scene::loadScene(entry.file);
       if (entry.kind == "part") {
-        const std::map<std::string, MaterialEntry> materials = readMaterials(material::databasePath());
+        const Materials materials = readMaterials(material::databasePath());
         Session session("source.yaml", "vest_source: 1\nname: drawn\nobjects: []\n", materials);
         for (const Script::Line& line : additions(session.document(), entry.file))
           session.apply(line.op, line.path, line.value);

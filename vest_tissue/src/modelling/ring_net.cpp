@@ -75,15 +75,6 @@ double ringArea(const RingNet& net, std::uint32_t ring) {
   return 0.5 * twice.norm();
 }
 
-double spacing(const RingNet& net, std::uint32_t ring) {
-  const std::uint32_t before = ring > 0 ? ring - 1 : ring, after = std::min(ring + 1, net.rings - 1);
-  double length = 0;
-  for (std::uint32_t k = 0; k < net.around; ++k) {
-    length += (net.knots[net.knot(after, k)] - net.knots[net.knot(before, k)]).norm();
-  }
-  return length / net.around / std::max(1u, after - before);
-}
-
 // Triangles of a polygon as a zigzag between its two sides; counter-clockwise like the polygon, or turned
 // round.
 template <class Emit>
@@ -300,35 +291,6 @@ std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
                                 std::to_string(result.size()) + "; leave it out to take all");
   }
   return result;
-}
-
-double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vector3>&) {
-  const std::uint32_t ring = std::min(std::min(link.a, link.b) / net.around, net.rings - 1);
-  const double along = net.wall[ring] / net.around;
-  const double perimeter = 2 * M_PI * net.mean_radius[ring];
-  const double around = net.wall[ring] / perimeter * spacing(net, ring);
-  // Shares: assumed, so that along and across each add up to the solid section (the diagonals count for
-  // both).
-  switch (link.kind) {
-    case LinkClass::Ring:
-      return 0.6 * around;
-    case LinkClass::Long:
-      return 0.6 * along;
-    case LinkClass::Diagonal:
-    case LinkClass::Cross:
-      return 0.4 * std::min(along, around);
-    case LinkClass::Pole:
-      return 0.5 * along;
-    case LinkClass::Ring2:
-      return 0.3 * around;
-    case LinkClass::Strut:
-      return 0.4 * around;
-    case LinkClass::Long2:
-      return 0.2 * along;
-    case LinkClass::Leaf:
-      return 0.5 * std::min(along, around);
-  }
-  return 0.0;
 }
 
 std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net) {

@@ -33,7 +33,7 @@ std::string bytesAt(const Document& document, const std::string& path) {
 
 }  // namespace
 
-Session::Session(std::string path, std::string text, std::map<std::string, MaterialEntry> materials)
+Session::Session(std::string path, std::string text, Materials materials)
     : path_(std::move(path)),
       materials_(std::move(materials)),
       document_(documentOf(path_, std::move(text))) {

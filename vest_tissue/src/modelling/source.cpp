@@ -482,11 +482,15 @@ void readObject(const Value& value, SceneSource& source) {
   number("damping_rate", object.damping_rate);
   number("support", object.support);
   number("bulk_modulus", object.bulk_modulus);
-  number("friction", object.friction);
   number("contact_thickness", object.contact_thickness);
-  number("cut_toughness", object.cut_toughness);
   number("puncture_force", object.puncture_force);
-  number("tear_strain", object.tear_strain);
+  const auto own = [&](const char* key, std::optional<double>& target) {
+    if (map.has(key)) target = within(map[key], key);
+  };
+  own("friction", object.friction);
+  own("cut_toughness", object.cut_toughness);
+  own("tear_strain", object.tear_strain);
+  own("grasp_damage_threshold", object.grasp_damage_threshold);
   number("inner_wall", object.inner_wall);
   if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
@@ -589,10 +593,10 @@ SceneSource readSource(const std::string& path, const std::string& text) {
   return source;
 }
 
-std::map<std::string, MaterialEntry> readMaterials(const std::string& path) {
-  std::map<std::string, MaterialEntry> materials;
-  for (const material::Tissue& tissue : material::readDatabase(path).tissues)
-    materials[tissue.name] = {tissue.law(), tissue.at("density").value, tissue.at("poisson_ratio").value};
+Materials readMaterials(const std::string& path) {
+  Materials materials;
+  for (material::Tissue& tissue : material::readDatabase(path).tissues)
+    materials.emplace(tissue.name, std::move(tissue));
   return materials;
 }
 

@@ -78,12 +78,11 @@ std::string layersText(const scene::Object& object, Files& folder) {
   }
   yaml += text("    rayleigh_mass: %.10g\n    rayleigh_stiffness: %.10g\n", d.material.rayleigh_mass,
                d.material.rayleigh_stiffness);
-  yaml += text("    friction: %.10g\n    contact_thickness: %.10g\n    cut_toughness: %.10g\n",
-               object.friction, object.contact_thickness, object.cut_toughness);
+  yaml += text("    contact_thickness: %.10g\n", object.contact_thickness);
   if (object.full_contact) yaml += "    full_contact: true\n";
   if (object.puncture_force != scene::Object{}.puncture_force)
     yaml += text("    puncture_force: %.10g\n", object.puncture_force);
-  yaml += scene::heatText(object);
+  yaml += scene::livingText(object);
   folder.write(object.name + ".msh", meshText(d.nodes, d.tetrahedra, d.cell_material));
   std::string fixed = "node\n";
   for (const fem::Index node : d.fixed) fixed += std::to_string(node) + "\n";
@@ -144,17 +143,15 @@ void writeScene(const scene::Description& description, const std::string& direct
     yaml +=
         text("    law: {youngs_modulus: %.10g, a2: %.10g, a3: %.10g, a4: %.10g, max_strain: %.10g}\n",
              object.law.youngs_modulus, object.law.a2, object.law.a3, object.law.a4, object.law.max_strain);
-    yaml += text("    density: %.10g\n    friction: %.10g\n    contact_thickness: %.10g\n", object.density,
-                 object.friction, object.contact_thickness);
+    yaml +=
+        text("    density: %.10g\n    contact_thickness: %.10g\n", object.density, object.contact_thickness);
     if (object.model != scene::ObjectModel::Rigid) {
       if (object.full_contact) yaml += "    full_contact: true\n";
-      yaml += text("    cut_toughness: %.10g\n", object.cut_toughness);
       if (object.puncture_force != scene::Object{}.puncture_force)
         yaml += text("    puncture_force: %.10g\n", object.puncture_force);
-      if (object.tear_strain > 0.0) yaml += text("    tear_strain: %.10g\n", object.tear_strain);
       if (object.wall_thickness > 0.0) yaml += text("    wall_thickness: %.10g\n", object.wall_thickness);
     }
-    yaml += scene::heatText(object);
+    yaml += scene::livingText(object);
     if (!object.tube.vessel_segment.empty())
       yaml += "    vessel_segment: " + object.tube.vessel_segment + "\n";
     if (object.motility.active()) yaml += "    motility: " + scene::motilityText(object.motility) + "\n";

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 const std::string kPackage = VEST_TISSUE_SOURCE_DIR;
 const std::string kEmpty = "vest_source: 1\nname: drawn\nobjects: []\ninclude:\n  - {part: hollow}\n";
 
-std::map<std::string, MaterialEntry> materials() {
+Materials materials() {
   static const auto all = readMaterials(kPackage + "/data/materials.yaml");
   return all;
 }

@@ -171,19 +171,6 @@ TEST(RingNet, LinksAreExactlyAsManyAsAskedForAndNoneTwice) {
   }
 }
 
-TEST(RingNet, LinkAreasOfACrossSectionSumToItsSolidSection) {
-  TubeSpec spec = straightTube(End::Pole);
-  const RingNet net = makeTube(spec);
-  const auto links = makeLinks(net, 480 + 160, {LinkClass::Ring2});
-  double through = 0;  // between rings 9 and 10
-  for (const auto& link : links) {
-    const std::uint32_t low = std::min(link.a, link.b) / net.around,
-                        high = std::max(link.a, link.b) / net.around;
-    if (low == 9 && high == 10) through += linkArea(net, link, net.knots);
-  }
-  EXPECT_NEAR(through / net.wall[9], 1.0, 0.05);
-}
-
 TEST(NearestPoint, IsSignedAndFindsFacesEdgesAndCorners) {
   const RingNet net = makeTube(straightTube(End::Cap));
   const auto triangles = knotTriangles(net);

@@ -52,7 +52,7 @@ include:
   - {part: hollow}
 )";
 
-std::map<std::string, MaterialEntry> materials() {
+Materials materials() {
   static const auto all = readMaterials(kPackage + "/data/materials.yaml");
   return all;
 }

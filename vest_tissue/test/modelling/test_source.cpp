@@ -163,8 +163,8 @@ TEST(Materials, TheShippedDatabaseLoadsAndIsPositive) {
   const auto materials = readMaterials(kPackage + "/data/materials.yaml");
   for (const char* name : {"uterus", "tube", "ovary", "ligament", "artery", "vein", "intestine", "liver"}) {
     ASSERT_EQ(materials.count(name), 1u) << name;
-    EXPECT_GT(materials.at(name).law.youngs_modulus, 0);
-    EXPECT_NEAR(materials.at(name).density, 1030, 60);
+    EXPECT_GT(materials.at(name).law().youngs_modulus, 0);
+    EXPECT_NEAR(materials.at(name).at("density").value, 1030, 60);
   }
 }
 

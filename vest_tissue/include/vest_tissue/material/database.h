@@ -22,7 +22,8 @@ struct Quantity {
 enum class Condition : std::uint8_t { InVivo = 0, PostMortem = 1 };
 
 /// A tissue. Keys: youngs_modulus, poisson_ratio, a2, a3, a4, max_strain, density, speed_of_sound, viscosity,
-/// cut_toughness, grasp_damage, perfusion, thermal_conductivity, heat_capacity (units: the file's `units`).
+/// cut_toughness, tear_strain, grasp_damage, friction, perfusion, thermal_conductivity, heat_capacity (units:
+/// the file's `units`).
 struct Tissue {
   std::string name;
   std::map<std::string, Quantity> in_vivo;

@@ -66,8 +66,7 @@ class BakeCache {
 
 /// Nets, skins, masses, attachments and connections of a whole scene. Deterministic.
 /// @param cache may be null @throws std::invalid_argument naming object and field
-scene::Description bake(const SceneSource& source, const std::map<std::string, MaterialEntry>& materials,
-                        BakeCache* cache = nullptr);
+scene::Description bake(const SceneSource& source, const Materials& materials, BakeCache* cache = nullptr);
 
 /// Writes NAME.yaml, NAME_connections.csv and one baked net per object into a folder, which is made where it
 /// is missing; with `source_bytes` also the source itself, which the scene names. All of them or none.

@@ -26,18 +26,15 @@ Moduli moduliOf(const Lattice& lattice);
 /// E that the block's bending about y tells: moment over (I·curvature), I = b·h³/12; pure bending along z.
 double bendingModulus(const Lattice& lattice);
 
-/// A net of any topology as a bar between its ends along `axis` (0, 1, 2): pulled by a small force of
-/// `strain` times E·A, spread over the end knots by the links that reach them.
-struct Bar {
-  double youngs = 0.0;   ///< Pa, force·length/(area·elongation)
-  double poisson = 0.0;  ///< no unit: narrowing over lengthening
-};
-/// @param area m², the cross-section that E refers to
-/// @throws std::invalid_argument if an end has no links; std::runtime_error without equilibrium
-Bar pullBar(const scene::Object& net, int axis, double area, double strain = 1e-4);
+/// Rings first … last of a ring net with the links between them: a bar that is cut from an organ. It has no
+/// volume element, and nothing holds it. @throws std::out_of_range
+scene::Object cutBar(const scene::Object& net, std::uint32_t first, std::uint32_t last);
 
-/// Multiplies the areas of all links that follow the law by one factor, so that the bar shows the law's E; up
-/// to `rounds` times, for the elements that do not scale with them. Returns the last bar.
-Bar calibrateBar(scene::Object& net, int axis, double area, int rounds = 4);
+/// Young's modulus, Pa, of such a bar. It is pulled at its ends along the line between them by a small force,
+/// which the links that reach the end rings spread; force · way / (section · elongation) of what lies two
+/// rings and more from the ends. The elongation is that of the line of centres: bending does not count.
+/// @param section m² of solid wall between rings r and r+1
+/// @throws std::invalid_argument if it has fewer than 6 rings, or other sections
+double barModulus(const scene::Object& bar, const std::vector<double>& section);
 
 }  // namespace vest::modelling

@@ -86,11 +86,6 @@ struct NetLink {
 std::vector<NetLink> makeLinks(const RingNet& net, std::uint32_t springs,
                                const std::vector<LinkClass>& fillers);
 
-/// Area of a link so that all links through a cross-section together make the solid section of the wall:
-/// longitudinal, diagonal and second-neighbour links share wall(ring)/around; ring links carry wall thickness
-/// × spacing.
-double linkArea(const RingNet& net, const NetLink& link, const std::vector<Vector3>& rest);
-
 /// Knot triangles, counter-clockwise from outside, closed.
 std::vector<std::array<std::uint32_t, 3>> knotTriangles(const RingNet& net);
 

@@ -30,7 +30,7 @@ struct Proposal {
 class Session {
  public:
   /// @param path of the source: parts lie beside it @throws std::invalid_argument
-  Session(std::string path, std::string text, std::map<std::string, MaterialEntry> materials);
+  Session(std::string path, std::string text, Materials materials);
 
   /// `value` is YAML. The document always bakes: an edit after which it would not is refused, and leaves
   /// everything as it was. @throws std::invalid_argument: one line
@@ -59,7 +59,7 @@ class Session {
   void take(Document document);
 
   std::string path_;
-  std::map<std::string, MaterialEntry> materials_;
+  Materials materials_;
   Document document_;
   SceneSource source_;
   scene::Description scene_;

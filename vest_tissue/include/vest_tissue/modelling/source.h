@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vest_tissue/material/database.h"
 #include "vest_tissue/modelling/layers.h"
 #include "vest_tissue/modelling/ring_net.h"
 #include "vest_tissue/modelling/tree.h"
@@ -89,12 +90,12 @@ struct ObjectSource {
   double bulk_modulus = 0.0;   ///< Pa; 0: no volume element
   double support = 0.0;        ///< rad/s; 0: none. Surroundings that carry each knot's weight, and give way:
                          ///< a tether of stiffness m·support² whose place lies m·g/stiffness above the design
-  double friction = 0.1, contact_thickness = 0.0005;
-  bool full_contact = false;     ///< as scene::Object
-  double puncture_force = 0.4;   ///< N, as scene::Object
-  double cut_toughness = 164.0;  ///< J/m², as scene::Object
-  double tear_strain = 0.0;      ///< as scene::Object
-  double inner_wall = 0.0;       ///< m: wall that a cut shows; 0: tube's wall_thickness (0 too: solid)
+  double contact_thickness = 0.0005;
+  bool full_contact = false;    ///< as scene::Object
+  double puncture_force = 0.4;  ///< N, as scene::Object
+  std::optional<double> friction, cut_toughness, tear_strain,
+      grasp_damage_threshold;  ///< as scene::Object; none: what the database says of the material
+  double inner_wall = 0.0;     ///< m: wall that a cut shows; 0: tube's wall_thickness (0 too: solid)
   std::string vessel_segment;
   motility::Motility motility;
   std::vector<FixRule> fixed;
@@ -111,11 +112,8 @@ struct TreeSource {
   std::vector<TreeBranch> branches;
 };
 
-struct MaterialEntry {
-  material::Law law;
-  double density = 0.0;        ///< kg/m³
-  double poisson_ratio = 0.0;  ///< no unit
-};
+/// Tissues by name.
+using Materials = std::map<std::string, material::Tissue>;
 
 struct SceneSource {
   std::string name;
@@ -138,6 +136,6 @@ SceneSource readSource(const std::string& path, const std::string& text);
 SceneSource readAlone(const std::string& text);
 
 /// data/materials.yaml. @throws std::invalid_argument
-std::map<std::string, MaterialEntry> readMaterials(const std::string& path);
+Materials readMaterials(const std::string& path);
 
 }  // namespace vest::modelling
