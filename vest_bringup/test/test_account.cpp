@@ -47,9 +47,8 @@ struct Patient {
     field.adopt(before.field, objects);
     feedback.swab_room = before.feedback.swab_room;
     for (FilmInput film : before.feedback.films) {
-      const std::uint32_t object = objects[film.object];
-      film.object = static_cast<std::uint16_t>(object);
-      if (object != scene::kNotAdopted) feedback.films.push_back(film);
+      film.object = static_cast<std::uint16_t>(objects[film.object]);
+      feedback.films.push_back(film);
     }
     at_holes = before.at_holes;
     return objects;

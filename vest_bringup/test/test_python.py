@@ -110,7 +110,11 @@ class TestWorld(unittest.TestCase):
             with self.assertRaises(ValueError):
                 world.restore(bad)
         self.assertEqual(world.hash(), there)
-        for call in (lambda: world.step(-1), lambda: world.restore("text"), lambda: vest.World(7)):
+        for n in (-1, 1.5, None, True, 2**80):
+            with self.assertRaisesRegex(ValueError, r"n: .* \(allowed: 0 or more whole steps\)"):
+                world.step(n)
+        world.step(np.int32(1))
+        for call in (lambda: world.restore("text"), lambda: vest.World(7)):
             with self.assertRaises(TypeError):
                 call()
         world.close()
@@ -209,6 +213,12 @@ class TestTasks(unittest.TestCase):
             vest.make("fly")
         with self.assertRaisesRegex(ValueError, "skip: 0|skip: -1"):
             vest.make("reach", skip=-1)
+        for skip in (None, float("nan"), "a", 1.7, True, float("inf")):
+            with self.assertRaisesRegex(ValueError, r"skip: .* \(allowed: 1 to 1000\)"):
+                vest.make("reach", skip=skip)
+        for limit in (None, "a"):
+            with self.assertRaisesRegex(ValueError, r"limit: .* \(allowed: seconds"):
+                vest.make("reach", limit=limit)
         env = vest.make("reach")
         env.reset(seed=1)
         with self.assertRaisesRegex(ValueError, r"action: 5 numbers \(allowed: 6\)"):

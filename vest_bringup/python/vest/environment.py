@@ -104,8 +104,15 @@ def _model(task, scene=None, effects=False, skip=20, limit=0.0, **unknown):
     if unknown:
         raise ValueError(f"option: '{next(iter(unknown))}' is unknown (allowed: scene, effects, skip, limit, threads, pictures; "
                          "of a single environment render_mode, too)")
-    if int(skip) != skip:
-        raise ValueError(f"skip: {skip} (allowed: 1 to 1000)")
+    try:
+        if isinstance(skip, bool) or int(skip) != skip:
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"skip: {skip!r} (allowed: 1 to 1000)") from None
+    try:
+        limit = float(limit)
+    except (TypeError, ValueError):
+        raise ValueError(f"limit: {limit!r} (allowed: seconds, 0 for the task's own)") from None
     task = os.fspath(task)
     if task not in tasks():
         if "/" not in task and not task.endswith(".yaml"):
@@ -117,7 +124,7 @@ def _model(task, scene=None, effects=False, skip=20, limit=0.0, **unknown):
     if not name and not scene:
         raise ValueError(f"task: '{task}' cannot be read as an exercise file (rosrun vest_bringup vest_exercise show says why)")
     scene = os.fspath(scene) if scene else f"{_package('vest_tissue')}/scenes/{name}/{name}.yaml"
-    key = (task, scene, bool(effects), int(skip), float(limit))
+    key = (task, scene, bool(effects), int(skip), limit)
     model = _models.get(key)
     if model is None:
         vessels = f"{_package('vest_effects')}/data/vessels/pelvis" if effects else ""

@@ -129,8 +129,14 @@ struct World : Simulated {
     const vest_world_options options{sizeof options, scene.c_str(), threads};
     run(0, [&] { return vest_world_new(&options, &id); });
   }
-  void step(std::uint64_t n) {
-    run(id, [&] { return vest_world_step(id, n); });
+  void step(const py::object& n) {
+    const auto whole = py::reinterpret_steal<py::object>(PyNumber_Index(n.ptr()));  // of NumPy, too
+    const long long steps = whole && !py::isinstance<py::bool_>(n) ? PyLong_AsLongLong(whole.ptr()) : -1;
+    PyErr_Clear();
+    if (steps < 0) {
+      throw py::value_error("n: " + py::repr(n).cast<std::string>() + " (allowed: 0 or more whole steps)");
+    }
+    run(id, [&] { return vest_world_step(id, static_cast<std::uint64_t>(steps)); });
   }
   void stepInput(const py::object& message);
 };

@@ -269,8 +269,10 @@ void SurfaceEffect::take(const scene::World& world, const scene::Event& event) {
 
 void SurfaceEffect::takeFilms(const scene::World& world, std::vector<FilmInput>& films) {
   for (const FilmInput& film : films) {
-    if (film.object >= meshes_.size() || film.triangle >= world.contactTriangles(film.object).size())
+    if (film.object >= meshes_.size() || film.triangle >= world.contactTriangles(film.object).size()) {
+      state_.wiped += film.blood;  // it went with its organ
       continue;
+    }
     const auto& knots = world.contactTriangles(film.object)[film.triangle];
     bleeding::washSurface(model_, film.object, knots, film.impulse, state_);
     bleeding::stainSurface(model_, film.object, knots, film.blood, state_);

@@ -171,9 +171,10 @@ std::vector<std::uint32_t> Trainer::adopt(scene::Simulation& before) {
   feedback_.gas_drawn = other->feedback_.gas_drawn, feedback_.gas.sunk = other->feedback_.gas.sunk;
   feedback_.swab_room = other->feedback_.swab_room;
   for (FilmInput film : other->feedback_.films) {
-    const std::uint32_t object = objects[film.object];
-    film.object = static_cast<std::uint16_t>(object);
-    if (object != scene::kNotAdopted) feedback_.films.push_back(film);
+    // Of an organ that is not there any more: its blood goes with it (SurfaceEffect::takeFilms).
+    film.object =
+        static_cast<std::uint16_t>(film.object < objects.size() ? objects[film.object] : scene::kNotAdopted);
+    feedback_.films.push_back(film);
   }
   for (std::size_t i = 0; i < effects_.size(); ++i) effects_[i]->adopt(*other->effects_[i], objects);
   return objects;

@@ -443,7 +443,7 @@ TEST(Needles, TheThreadFollowsAndStaysInItsChannel) {
   }
 }
 
-/// A net with knots on its surface alone, soft and held at two ends: it sags by 9 mm before it is punctured.
+/// A net with knots on its surface alone, soft and held at two ends: it sags before it is punctured.
 TEST(Needles, IntoTheSolidNetOfTheScenePad) {
   scene::Description d = scene::loadScene(VEST_TISSUE_SOURCE_DIR "/scenes/thread_pad/thread_pad.yaml");
   d.objects[0].puncture_force = 0.1;
@@ -451,11 +451,12 @@ TEST(Needles, IntoTheSolidNetOfTheScenePad) {
   Room r(d);
   r.z = 0.074, r.y = 0.05;
   r.rest(50);
-  r.move(0.049);
+  r.move(0.0502);
   EXPECT_EQ(r.count(EventKind::Punctured), 1);
   ASSERT_EQ(r.channels().size(), 1u);
   EXPECT_EQ(r.channels()[0].count, 3);
-  // Toughness times width and friction over the way within.
+  // Toughness times width and friction over the way within, up to the third place: what is beyond it rubs at
+  // the next one.
   EXPECT_NEAR(r.force, 164.0 * 0.00066 + 20.0 * r.channels()[0].anchors[0].station, 0.02);
 }
 
