@@ -92,35 +92,6 @@ void applyDilatation(Context& c, const DilatationInput& d) {
 /// scene's time.
 constexpr std::uint64_t kTearEvery = 8;
 
-/// Links of objects that tear, stretched further than they bear.
-void tear(Context& c, std::size_t object) {
-  const Object& described = c.model.description.objects[object];
-  ObjectState& s = c.state.objects[object];
-  const float *x = row(s, Block::X), *y = row(s, Block::Y), *z = row(s, Block::Z);
-  const float most = static_cast<float>((1.0 + described.tear_strain) * (1.0 + described.tear_strain));
-  TopologyDelta& delta = c.deltas->next();
-  beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
-  for (std::size_t i = 0;
-       i < s.topology.links.size() && delta.removed_links.size() < delta.removed_links.capacity(); ++i) {
-    if (!s.topology.link_alive[i] || s.places[i].kind != LinkKind::Elastic) continue;
-    const net::KernelLink& l = s.links[s.places[i].index].values;
-    const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
-    if (!(dx * dx + dy * dy + dz * dz > most * l.rest * l.rest)) continue;
-    if (delta.removed_links.empty()) {
-      keepShape(c, object);
-      Event e = eventOf(c, EventKind::Torn, -1, object, static_cast<std::uint32_t>(i));
-      e.position = 0.5 * (knotPosition(s, l.knot0) + knotPosition(s, l.knot1));
-      e.station = stationOf(c.model, c.state, object, {l.knot0, l.knot1, l.knot1}, {0.5, 0.5, 0.0});
-      e.area = s.topology.links[i].area;
-      emit(c, e);
-    }
-    tearLink(c.state, static_cast<std::uint16_t>(object), static_cast<std::uint32_t>(i), delta);
-  }
-  if (delta.removed_links.empty()) return;
-  endDelta(c.state, delta);
-  c.deltas->keep();
-}
-
 }  // namespace
 
 double stationOf(const WorldModel& model, const WorldState& state, std::size_t object,

@@ -65,9 +65,11 @@ bool settleThreads(Context& c, std::string_view& faulty);  ///< breaks what bear
 void fasten(Context& c);                                   ///< clips, slings
 void stepHeat(Context& c);                                 ///< electrodes, temperature, damage
 void cut(Context& c);                                      ///< blades: what they swept is divided
-void dropLoose(Context& c);  ///< parts that a cut left without hold lose what carried them in their place
-void tell(Context& c);       ///< contact models, events
-void feelImage(Context& c);  ///< needle and probe in a patient's image: adds to the contact models
+void tear(Context& c,
+          std::size_t object);  ///< links that are stretched further than they bear, and the surface
+void dropLoose(Context& c);     ///< parts that a cut left without hold lose what carried them in their place
+void tell(Context& c);          ///< contact models, events
+void feelImage(Context& c);     ///< needle and probe in a patient's image: adds to the contact models
 void keepBackup(Context& c);
 void keepShape(Context& c, std::size_t object);  ///< before input changes it
 void keepRings(Context& c, std::size_t object);  ///< before the pulse widens them

@@ -1,4 +1,5 @@
 #include <numeric>
+#include <utility>
 
 #include "../scene/connections.h"
 #include "cut_job.h"
@@ -298,8 +299,9 @@ struct Pieces {
 void countParts(CutJob& j) {
   const std::uint32_t knots = static_cast<std::uint32_t>(j.s.block.knots());
   Pieces part(j.k.part, knots), uncut(j.k.uncut, knots);
-  for (const auto& t : j.s.triangles) {
-    part.join(t[0], t[1]), part.join(t[0], t[2]);
+  for (std::size_t i = 0; i < j.s.triangles.size(); ++i) {
+    const auto& t = j.s.triangles[i];
+    if (j.s.triangle_alive[i]) part.join(t[0], t[1]), part.join(t[0], t[2]);
     for (const std::uint32_t k : t) uncut.join(k, t[0]), uncut.join(k, j.k.version_of[k]);
   }
   const auto parted = [&](std::uint32_t a, std::uint32_t b) {  // knots inside hang on links alone: never
@@ -318,11 +320,11 @@ void countParts(CutJob& j) {
     part.join(l.knot0, l.knot1);
     if (l.kind == LinkKind::Bending) part.join(l.knot0, l.knot2);
   }
+  for (std::uint32_t i = 0; i < knots; ++i) j.k.part[i] = part.root(i);
+  std::fill_n(j.k.uncut.begin(), knots, 0u);  // a knot that lost its surface in a tear is no piece
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < knots; ++i) {
-    j.k.part[i] = part.root(i);
-    count += j.k.part[i] == i;
-  }
+  for (std::size_t i = 0; i < j.s.triangles.size(); ++i)
+    if (j.s.triangle_alive[i]) count += std::exchange(j.k.uncut[j.k.part[j.s.triangles[i][0]]], 1u) == 0u;
   j.cut.parts = std::max(j.cut.parts, count);
 }
 

@@ -22,7 +22,7 @@ constexpr double kNearLong = 0.24999, kNearShort = 0.41189;
 constexpr double kSharpest = 0.97814760073380558, kFlattest = -0.96592582628906829;
 
 /// Body-centred cubic lattice over a box: corners of cubes, then their centres.
-struct Cubes {
+struct CubeGrid {
   Vector3d base;
   double cell;
   std::array<long, 3> size;
@@ -66,7 +66,7 @@ struct Cubes {
   }
 };
 
-Cubes cubesAround(const LabelledImage& image, double cell) {
+CubeGrid cubesAround(const LabelledImage& image, double cell) {
   std::array<std::uint32_t, 3> low = image.size, high{};
   for (std::uint32_t k = 0; k < image.size[2]; ++k)
     for (std::uint32_t j = 0; j < image.size[1]; ++j)
@@ -76,7 +76,7 @@ Cubes cubesAround(const LabelledImage& image, double cell) {
         for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
       }
   if (low[0] > high[0]) throw std::invalid_argument("labels: nothing is labelled");
-  Cubes cubes{Vector3d::Zero(), cell, {}};
+  CubeGrid cubes{Vector3d::Zero(), cell, {}};
   double count = 1;
   for (int a = 0; a < 3; ++a) {
     const double first = (low[a] - 0.5) * image.spacing[a],
@@ -118,7 +118,7 @@ std::uint64_t edgeKey(Index a, Index b) {
 /// tetrahedra.
 class Stuffing {
  public:
-  Stuffing(const LabelField& field, const Cubes& cubes)
+  Stuffing(const LabelField& field, const CubeGrid& cubes)
       : field_(field), places_(cubes.places()), tetrahedra_(cubes.tetrahedra()), value_(places_.size()) {
     for (std::size_t n = 0; n < places_.size(); ++n) value_[n] = inside(places_[n]);
     cutEdges();
