@@ -50,6 +50,26 @@ TEST(SceneGrasp, ItIsHeldThenSlipsThenTears) {
   EXPECT_LT(slipped, grasped[2]);
   EXPECT_GT(torn, grasped[2]) << "neither a lift nor a slip tears";
   EXPECT_LT(torn, 16.0);
+  EXPECT_GE(p.times(EventKind::Separated, "tube").size(), 1U) << "what is torn off is a piece";
+  // What tore has no surface: no triangle spans the gap.
+  const std::size_t tube = p.object("tube");
+  const auto now = p.knots("tube");
+  const auto& rest = p.world().description().objects[tube].rest_position;
+  const auto& triangles = p.world().contactTriangles(tube);
+  const auto& alive = p.world().contactTriangleAlive(tube);
+  std::size_t gone = 0;
+  double longest = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    gone += alive[t] == 0;
+    for (std::size_t e = 0; alive[t] && e < 3; ++e) {
+      const std::uint32_t a = triangles[t][e], b = triangles[t][(e + 1) % 3];
+      const Eigen::Vector3d way(now[3 * a] - now[3 * b], now[3 * a + 1] - now[3 * b + 1],
+                                now[3 * a + 2] - now[3 * b + 2]);
+      longest = std::max(longest, way.norm() / (rest[a] - rest[b]).norm());
+    }
+  }
+  EXPECT_GT(gone, 0U);
+  EXPECT_LT(longest, 2.0) << "over its length at rest";
 }
 
 TEST(SceneCutTube, ScissorsDivideItIntoTwoStumps) {

@@ -9,15 +9,21 @@ namespace {
 using interaction::kNone;
 
 /// The surface that torn links held together goes: of each, the contact triangles that have both its knots.
-void openTornSurface(CutJob& j) {
+/// These knots are marked. False: none, the links ran through the organ.
+bool openTornSurface(CutJob& j) {
+  std::fill_n(j.k.near_knot.begin(), j.s.block.knots(), std::uint8_t{0});
+  bool any = false;
   for (const std::uint32_t link : j.delta.removed_links) {
     const Link& l = j.s.topology.links[link];
     for (std::size_t t = 0; t < j.s.triangles.size(); ++t) {
       const auto& k = j.s.triangles[t];
-      if (std::count(k.begin(), k.end(), l.knot0) + std::count(k.begin(), k.end(), l.knot1) == 2)
-        j.s.triangle_alive[t] = 0;
+      if (std::count(k.begin(), k.end(), l.knot0) + std::count(k.begin(), k.end(), l.knot1) != 2) continue;
+      j.s.triangle_alive[t] = 0;
+      j.k.near_knot[l.knot0] = j.k.near_knot[l.knot1] = 1;
+      any = true;
     }
   }
+  return any;
 }
 
 /// The skin on it goes, too. Vertices that hung on both ends of a torn link hang on what is left on their
@@ -26,9 +32,6 @@ void openTornSkin(CutJob& j) {
   Skin& skin = j.s.topology.skin;
   if (skin.triangles.empty() || skin.binding_start.size() < 2) return;
   const std::size_t vertices = skin.binding_start.size() - 1;
-  std::fill_n(j.k.near_knot.begin(), j.s.block.knots(), std::uint8_t{0});
-  for (const std::uint32_t link : j.delta.removed_links)
-    j.k.near_knot[j.s.topology.links[link].knot0] = j.k.near_knot[j.s.topology.links[link].knot1] = 1;
   std::fill(j.k.candidate.begin(), j.k.candidate.end(), std::uint8_t{0});
   for (std::size_t v = 0; v < vertices; ++v) {
     int torn = 0;
@@ -36,7 +39,6 @@ void openTornSkin(CutJob& j) {
       torn += j.k.near_knot[skin.binding_knots[e]] != 0 && skin.binding_weights[e] != 0.0f;
     j.k.candidate[v] = torn >= 2 ? 2 : 0;  // 2: no place yet
   }
-  std::fill_n(j.k.near_knot.begin(), j.s.block.knots(), std::uint8_t{0});
   for (std::uint32_t t = 0; t < skin.triangles.size(); ++t) {
     const std::uint32_t home = j.cut.home[t];
     if (j.s.topology.triangle_alive[t] == 0 || home == kNone) continue;
@@ -49,8 +51,9 @@ void openTornSkin(CutJob& j) {
     for (const std::uint32_t v : skin.triangles[t])
       if (j.k.candidate[v] == 2) j.k.candidate[v] = 1, j.cut.lies_on[v] = home, j.cut.free[v] = 1;
   }
+  // What was bound to a place before may have hung on what is another piece now.
   for (std::size_t v = 0; v < vertices; ++v)
-    if (j.k.candidate[v] == 2) j.k.candidate[v] = 0;
+    if (j.k.candidate[v] != 1) j.k.candidate[v] = j.cut.free[v] != 0 && j.k.candidate[v] == 0 ? 1 : 0;
   bindSkin(j, vertices);
 }
 
@@ -86,11 +89,11 @@ void tear(Context& c, std::size_t object) {
   std::uint32_t parted = 0;
   if (j.constants.possible) {
     const std::uint32_t before = j.cut.parts;
-    openTornSurface(j);
     renewVersions(j);
     renewIncident(j);
+    const bool opened = openTornSurface(j);
     divideElements(j);
-    openTornSkin(j);
+    if (opened || j.cut.parts > before) openTornSkin(j);
     parted = j.cut.parts - before;
   }
   endDelta(c.state, delta);
