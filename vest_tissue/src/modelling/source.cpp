@@ -472,7 +472,7 @@ void readObject(const Value& value, SceneSource& source) {
     }
     skin.finish();
   }
-  const auto number = [&](const char* key, double& target) {
+  const auto number = [&](const char* key, auto& target) {
     if (map.has(key)) target = within(map[key], key);
   };
   number("fill", object.fill);
@@ -484,13 +484,10 @@ void readObject(const Value& value, SceneSource& source) {
   number("bulk_modulus", object.bulk_modulus);
   number("contact_thickness", object.contact_thickness);
   number("puncture_force", object.puncture_force);
-  const auto own = [&](const char* key, std::optional<double>& target) {
-    if (map.has(key)) target = within(map[key], key);
-  };
-  own("friction", object.friction);
-  own("cut_toughness", object.cut_toughness);
-  own("tear_strain", object.tear_strain);
-  own("grasp_damage_threshold", object.grasp_damage_threshold);
+  number("friction", object.friction);
+  number("cut_toughness", object.cut_toughness);
+  number("tear_strain", object.tear_strain);
+  number("grasp_damage_threshold", object.grasp_damage_threshold);
   number("inner_wall", object.inner_wall);
   if (map.has("motility")) object.motility = scene::readMotility(map["motility"]);
   if (map.has("vessel_segment")) object.vessel_segment = map["vessel_segment"].name();
