@@ -23,11 +23,13 @@ bool parted(const CutJob& j, std::uint32_t a, std::uint32_t b) {
   return j.facingAway(in_a, in_b, j.centroid(b) - j.centroid(a));
 }
 
-/// Knots within some edges of a triangle, and how far.
-void reach(CutJob& j, std::uint32_t triangle) {
-  for (const std::uint32_t knot : j.k.reached) j.k.hops[knot] = 255;
+/// Knots within some edges of others, and how far.
+template <class Knots>
+void reach(CutJob& j, const Knots& from) {
+  std::fill_n(j.k.hops.begin(), j.s.block.knots(), std::uint8_t{255});
   j.k.reached.clear();
-  for (const std::uint32_t knot : j.s.triangles[triangle]) {
+  for (const std::uint32_t knot : from) {
+    if (j.k.hops[knot] == 0) continue;
     j.k.hops[knot] = 0;
     j.k.reached.push_back(knot);
   }
@@ -96,15 +98,21 @@ void bindFreely(const CutJob& j, std::uint32_t v, Binding& out) {
   for (const std::uint32_t knot : j.s.triangles[other]) out.add(knot, -third);
 }
 
-/// Vertices whose binding may have changed: on the cut, or hanging on a knot that was doubled.
+/// Vertices whose binding may have changed: on the cut, or hanging on knots near one that was doubled. A knot
+/// that is whole may lie on the other side, too: the way to it from the vertex led through a doubled one.
 void collect(CutJob& j, std::size_t old_vertices) {
   const Skin& skin = j.s.topology.skin;
+  const auto& doubled = j.delta.doubled_knots;
+  j.k.work.assign(doubled.begin(), doubled.end());
+  for (std::size_t copy = j.s.block.knots() - doubled.size(); copy < j.s.block.knots(); ++copy)
+    j.k.work.push_back(static_cast<std::uint32_t>(copy));
+  reach(j, j.k.work);
   j.k.order.clear();
   for (std::uint32_t v = 0; v < j.cut.rest.size(); ++v) {
     bool wanted = v >= old_vertices || j.k.candidate[v] != 0 || (j.cut.free[v] != 0 && j.divided);
     if (!wanted && j.divided) {
       for (std::uint32_t e = skin.binding_start[v]; e < skin.binding_start[v + 1] && !wanted; ++e)
-        wanted = j.k.near_knot[skin.binding_knots[e]] == 2;
+        wanted = j.k.hops[skin.binding_knots[e]] != 255;
     }
     if (wanted) j.k.order.push_back(v);
   }
@@ -161,15 +169,13 @@ void bindSkin(CutJob& j, std::size_t old_vertices) {
   });
   std::fill(j.k.new_count.begin(), j.k.new_count.end(), 0u);
   j.k.new_knots.clear(), j.k.new_weights.clear();
-  std::fill_n(j.k.hops.begin(), j.s.block.knots(), std::uint8_t{255});
-  j.k.reached.clear();
   std::uint32_t around = kNone;
   std::size_t rebound = 0;
   for (const std::uint32_t v : j.k.order) {
     Binding b;
     bool good = false;
     if (j.cut.free[v] == 0) {
-      if (around != j.cut.lies_on[v]) reach(j, around = j.cut.lies_on[v]);
+      if (around != j.cut.lies_on[v]) reach(j, j.s.triangles[around = j.cut.lies_on[v]]);
       good = followVersions(j, v, b);
     }
     if (!good) {
