@@ -8,6 +8,8 @@
 #include "vest_hw_phantom_box/emulator/emulator.h"
 #include "vest_hw_phantom_box/emulator/script_clock.h"
 #include "vest_hw_phantom_box/protocol/decoder.h"
+#include "vest_instruments/kinematics/jacobian.h"
+#include "vest_instruments/kinematics/trainer_box.h"
 
 namespace {
 
@@ -25,6 +27,19 @@ TEST(Trajectory, IsLinearBetweenRowsAndHoldsAtTheEnd) {
   EXPECT_EQ(2, t.at(0.2).footswitches);
   EXPECT_EQ(0, t.at(9).footswitches);
   EXPECT_EQ(emulator::restPose().joints[17], t.at(0.1).joints[17]) << "missing columns stay at rest";
+}
+
+// Without a script the picture showed the bowel before the pelvis.
+TEST(Trajectory, AtRestAThirtyDegreeOpticShowsTheMiddleOfTheField) {
+  const auto arm = kinematics::loadTrainerBox(TRAINER_BOX).arm(tools::Instrument::Endoscope);
+  const auto q = emulator::restPose().joints;
+  const int e = protocol::kEndoscope;
+  const Eigen::Isometry3d tip =
+      kinematics::forwardKinematics(arm.X_BTrocar, {q[e], q[e + 1], q[e + 2], q[e + 3], 0});
+  const Eigen::Vector3d seen =
+      (tip * kinematics::opticalFrame(arm.optic_angle, q[e + 4])).inverse() * arm.aim_B;
+  EXPECT_GT(seen.z(), 0.05);
+  EXPECT_LT(seen.head<2>().norm(), 0.002);
 }
 
 TEST(Trajectory, StartsAtItsFirstRow) {

@@ -5,6 +5,7 @@
 
 #include "vest_instruments/control/instrument.h"
 #include "vest_instruments/control/pedals.h"
+#include "vest_instruments/kinematics/jacobian.h"
 #include "vest_instruments/ros/told_lately.h"
 #include "vest_instruments/tools/tool_geometry.h"
 
@@ -182,6 +183,21 @@ TEST_F(Control, ASimulatedArmIsSomewhereBeforeItsFirstCommand) {
   Instrument box = left(Source::Box);
   box.update(1.0);
   EXPECT_FALSE(box.known());
+}
+
+// An angled optic whose shaft pointed at the aim showed the bowel before the pelvis, not the uterus.
+TEST_F(Control, AnInstrumentBeginsTowardsItsAimAndAnOpticOfAnyAngleShowsIt) {
+  EXPECT_EQ(left(Source::None).measured(), joints(0, 0, 0.1, 0, 0));
+  for (const double angle : {0.0, 0.5235987755983, 0.7853981633974, 1.2}) {
+    auto arm = box.arm(vest::tools::Instrument::Endoscope);
+    arm.optic_angle = angle;
+    const Instrument endoscope(arm, Source::None);
+    const Eigen::Isometry3d X_BOptical = endoscope.tip() * vest::kinematics::opticalFrame(angle, 0.0);
+    const Eigen::Vector3d seen = X_BOptical.inverse() * arm.aim_B;
+    EXPECT_GT(seen.z(), 0.05) << angle;
+    EXPECT_LT(seen.head<2>().norm(), 1e-9) << angle;
+    EXPECT_DOUBLE_EQ((endoscope.tip().translation() - arm.pivot_B).norm(), 0.1) << angle;
+  }
 }
 
 TEST_F(Control, AShaftTurnsRoundAsOftenAsOneLikes) {

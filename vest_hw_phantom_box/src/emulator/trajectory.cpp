@@ -67,6 +67,7 @@ Pose restPose() {
   Pose p;
   for (int arm = 0; arm <= protocol::kMaxInstruments; ++arm) p.joints[arm * kAxes + 2] = 0.12;
   p.joints[2 * kAxes + 2] = 0.05;
+  p.joints[kEndoscope + 1] = 0.30;
   p.joints[kEndoscope + 2] = 0.10;
   return p;
 }

@@ -62,10 +62,20 @@ kinematics::JointPositions fromJoints(const Joints& q) {
   return {q[0], q[1], q[2], q[3], q[4]};
 }
 
+Joints startJoints(const kinematics::TrainerArm& arm) {
+  constexpr double kInsertion = 0.1;  // m (assumed)
+  kinematics::JointPositions q;
+  q.insertion = std::clamp(kInsertion, arm.limits.lower.insertion, arm.limits.upper.insertion);
+  const double far = (arm.aim_B - arm.pivot_B).norm();
+  // Pivot, tip and aim are a triangle whose angle at the tip is pi minus the optic's: the law of sines.
+  if (far > q.insertion)
+    q.pitch = std::clamp(arm.optic_angle - std::asin(q.insertion * std::sin(arm.optic_angle) / far),
+                         arm.limits.lower.pitch, arm.limits.upper.pitch);
+  return toJoints(q);
+}
+
 Instrument::Instrument(const kinematics::TrainerArm& arm, Source source)
-    : arm_(arm), source_(source), tool_(arm.tool) {
-  q_ << 0.0, 0.0, std::clamp(kStartInsertion, arm.limits.lower.insertion, arm.limits.upper.insertion), 0.0,
-      0.0;
+    : arm_(arm), source_(source), tool_(arm.tool), q_(startJoints(arm)) {
   setpoint_ = previous_ = q_;
 }
 

@@ -5,7 +5,7 @@
 namespace vest::control {
 
 Teleoperator::Teleoperator(const kinematics::TrainerArm& arm) : arm_(arm) {
-  place((Joints() << 0.0, 0.0, Instrument::kStartInsertion, 0.0, 0.0).finished());
+  place(startJoints(arm));
 }
 
 void Teleoperator::place(const Joints& q) {

@@ -31,13 +31,16 @@ using Joints = Eigen::Matrix<double, 5, 1>;
 Joints toJoints(const kinematics::JointPositions& q);
 kinematics::JointPositions fromJoints(const Joints& q);
 
+/// Where an instrument stands until the first input comes: 0.1 m deep, and its shaft points at the aim of its
+/// trocar. Of an endoscope the optic does: an angled one has its shaft above that.
+Joints startJoints(const kinematics::TrainerArm& arm);
+
 /// One instrument behind its trocar: which input moves it, limits, operating state, moves, silence. Time is
 /// steady time in seconds given by the caller; there is no clock, log, allocation or exception after
 /// building.
 class Instrument {
  public:
-  static constexpr double kSilence = 0.1;         ///< s without input after which the pose is no longer valid
-  static constexpr double kStartInsertion = 0.1;  ///< m, until the first input comes
+  static constexpr double kSilence = 0.1;  ///< s without input after which the pose is no longer valid
   /// Fastest moves of move_jp and move_cp: assumed, about half of what hands reach in box training.
   static constexpr double kMoveSpeed = 0.8;            ///< rad/s
   static constexpr double kMoveSpeedInsertion = 0.08;  ///< m/s
