@@ -54,8 +54,10 @@ struct Cutting {
     return out;
   }
   void step(const Eigen::Vector3d& gravity) {
+    const bool inertia = model->motion == Motion::BackwardEuler;  // the others know it themselves
     for (std::size_t k = 0; k < state.x.size(); ++k)
-      for (int a = 0; a < 3; ++a) held[a][k] = static_cast<float>(state.mass[k] * gravity[a]);
+      for (int a = 0; a < 3; ++a)
+        held[a][k] = inertia ? static_cast<float>(state.mass[k] * gravity[a]) : 0.0f;
     scratch.points.clear();
     check(
         freeTissueStep(*model, state, h, {held[0].data(), held[1].data(), held[2].data()}, gravity, scratch));

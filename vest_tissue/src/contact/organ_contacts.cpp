@@ -107,7 +107,7 @@ void findOrganContacts(Context& c) {
         inverses[n] += w[n][e] * w[n][e] * contactInverseMass(n == 0 ? sa : sb, r.ends[n].knots[e]);
       }
     // What moves first answers implicitly: then only the other end's mass limits the spring.
-    const int first = c.body(pair.object).turn(sa), second = c.body(pair.other).turn(sb);
+    const int first = c.body(pair.object).turn(), second = c.body(pair.other).turn();
     r.implicit_end = static_cast<std::int8_t>(first < second ? 0 : second < first ? 1 : -1);
     // A body that moves early answers to itself, too: both ends at once.
     if (pair.object == pair.other && first < Body::kLast) r.implicit_end = 0;

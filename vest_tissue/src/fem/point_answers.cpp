@@ -17,17 +17,18 @@ bool turns(const TissueModel& t) {
 Matrix3d wholeAnswer(const TissueModel& t, const TissueState& s, const TissueScratch& w, Index a, Index b) {
   const Index oa = s.origin[a], ob = s.origin[b];
   if (t.model->unknown[oa] < 0 || t.model->unknown[ob] < 0) return Matrix3d::Zero();
-  const auto& number = s.dynamic ? t.movingNumber() : t.answer_number;
-  const std::int32_t ra = number[oa], rb = number[ob];
+  const std::int32_t ra = t.answer_number[oa], rb = t.answer_number[ob];
   Matrix3d D = Matrix3d::Zero();
   if (t.condensed()) return t.compliance.block(static_cast<std::size_t>(ra), static_cast<std::size_t>(rb));
-  if (ra >= 0 && rb >= 0) {
-    D = (s.dynamic ? t.movingAnswer() : t.answer).block<3, 3>(3 * ra, 3 * rb);
+  const bool freed = t.motion == Motion::Elastostatic && s.factored && !w.cut->still(a);
+  if (ra >= 0 && rb >= 0 && !freed) {
+    D = t.answer.block<3, 3>(3 * ra, 3 * rb);
     if (turns(t)) D = w.rotation[s.knot_element[a]] * D * w.rotation[s.knot_element[b]].transpose();
   }
   // Where the cut mesh has no factor, or too many knots are touched: a copy, or an inner knot that a cut laid
   // open, can also move by itself.
-  const bool alone = s.revision > 0 && (ra < 0 || a != oa || s.mass[a] < 0.999 * t.model->mass[oa]);
+  const bool alone =
+      freed || (s.revision > 0 && (ra < 0 || a != oa || s.mass[a] < 0.999 * t.model->mass[oa]));
   if (a == b && alone) D += (t.step * t.step * t.loose_inverse[oa]) * Matrix3d::Identity();
   return D;
 }
@@ -48,8 +49,13 @@ bool touchAll(const TissueModel& t, const TissueState& s, TissueScratch& w) {
 void answerPoints(const TissueModel& t, const TissueState& s, double h, TissueScratch& w) {
   const std::size_t count = w.points.size();
   const double ratio = h / t.step;
-  const double scale = s.dynamic ? std::min(1.0, ratio * ratio) : 1.0 / s.stiffness_scale;
-  const bool updated = s.x.size() > t.model->mass.size() && touchAll(t, s, w), turning = turns(t);
+  const bool elastostatic = t.motion != Motion::BackwardEuler, turning = turns(t);
+  const bool updated = (elastostatic ? s.factored : s.x.size() > t.model->mass.size()) && touchAll(t, s, w);
+  // Knots of different parts do not answer each other.
+  const auto scaleAt = [&](Index k) {
+    const bool still = elastostatic && (!s.factored || w.cut->still(k));
+    return still ? h / ((h + w.delay) * s.stiffness_scale) : std::min(1.0, ratio * ratio);
+  };
   const double square = t.step * t.step;
   for (std::size_t p = 0; p < count; ++p) {
     for (std::size_t q = 0; q <= p; ++q) {
@@ -57,9 +63,9 @@ void answerPoints(const TissueModel& t, const TissueState& s, double h, TissueSc
       for (int a = 0; a < w.points[p].used(); ++a) {
         if (w.points[p].weights[a] == 0.0) continue;
         for (int b = 0; b < w.points[q].used(); ++b) {
-          const double weight = w.points[p].weights[a] * w.points[q].weights[b];
-          if (weight == 0.0) continue;
+          if (w.points[q].weights[b] == 0.0) continue;
           const Index ka = w.points[p].knots[a], kb = w.points[q].knots[b];
+          const double weight = scaleAt(ka) * w.points[p].weights[a] * w.points[q].weights[b];
           if (!updated) {
             sum += weight * wholeAnswer(t, s, w, ka, kb);
             continue;
@@ -69,7 +75,6 @@ void answerPoints(const TissueModel& t, const TissueState& s, double h, TissueSc
           sum += D;
         }
       }
-      sum *= scale;
       w.answers[p * kMostTissuePoints + q] = sum;
       w.answers[q * kMostTissuePoints + p] = sum.transpose();
     }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "condensed_tissue.h"
+#include "tissue_solve.h"
 #include "vest_tissue/fem/cache.h"
 #include "vest_tissue/fem/cut_factor.h"
 
@@ -149,9 +150,9 @@ void checkSurface(const TissueModel& t) {
 }
 
 /// h² A0^-1 between surface nodes, and their block rows.
-void stepAnswers(TissueModel& t, double h, std::vector<std::int32_t>& rows, Eigen::MatrixXd& answer) {
-  const std::vector<Index> nodes = number(t, false, rows);
-  answer = kept(t, nodes, h, [&] { return between(*t.model, t.factor, nodes, h * h); });
+void stepAnswers(TissueModel& t, double h) {
+  const std::vector<Index> nodes = number(t, false, t.answer_number);
+  t.answer = kept(t, nodes, h, [&] { return between(*t.model, t.factor, nodes, h * h); });
 }
 
 }  // namespace
@@ -215,12 +216,10 @@ void prepareTissue(TissueModel& t, double h, const std::function<void(double)>& 
     }
     t.loose_inverse[n] = 3.0 / trace;
   }
-  if (t.motion == Motion::Elastostatic) {
+  if (t.motion == Motion::Elastostatic)
     prepareElastostatic(t);
-    stepAnswers(t, h, t.moving_number, t.moving_answer);
-    return;
-  }
-  stepAnswers(t, h, t.answer_number, t.answer);
+  else
+    stepAnswers(t, h);
 }
 
 TissueState tissueAtRest(const TissueModel& t, const std::vector<Eigen::Vector3d>& position) {
@@ -238,7 +237,7 @@ TissueState tissueAtRest(const TissueModel& t, const std::vector<Eigen::Vector3d
   s.origin.resize(s.x.size());
   for (Index n = 0; n < s.origin.size(); ++n) s.origin[n] = n;
   s.knot_element = t.node_element;
-  s.dynamic = t.motion == Motion::BackwardEuler;
+  s.factored = t.motion == Motion::BackwardEuler;
   return s;
 }
 
@@ -290,20 +289,6 @@ Eigen::Matrix3d polarRotation(const Eigen::Matrix3d& F) {
   }
   return nearestRotation(F);
 }
-
-namespace {
-
-/// Deformation gradient's displacement part, du/dX.
-inline Eigen::Matrix3d gradient(const Element& e, const std::array<Index, 4>& c,
-                                const std::vector<Eigen::Vector3d>& field) {
-  const Eigen::Vector3d& x0 = field[c[0]];
-  Eigen::Matrix3d G = (field[c[1]] - x0) * e.gradient[1].transpose();
-  G += (field[c[2]] - x0) * e.gradient[2].transpose();
-  G += (field[c[3]] - x0) * e.gradient[3].transpose();
-  return G;
-}
-
-}  // namespace
 
 double leastVolume(const TissueModel& t, const TissueState& s, const std::vector<std::uint16_t>& marked) {
   double least = 1.0;

@@ -136,10 +136,10 @@ std::uint32_t tissueParts(const TissueModel& t, const TissueState& s, std::vecto
   return parts;
 }
 
-void makeDynamic(TissueState& s) {
-  if (s.dynamic) return;
+void useFactor(TissueState& s) {
+  if (s.factored) return;
   for (auto& v : s.v) v.setZero();
-  s.dynamic = true;
+  s.factored = true;
 }
 
 Description cutDescription(const TissueModel& t, const TissueState& s) {

@@ -74,7 +74,7 @@ void takeObject(const ObjectState& before, const ObjectState& before_start, cons
   s.way_bounded = s.way_searched = -1.0;
   for (std::size_t k = 0; k < std::min(s.depth.size(), start.depth.size()); ++k)
     s.depth[k] = std::min(s.depth[k], start.depth[k]);
-  if (!elements || s.tissue.dynamic) return;
+  if (!elements || s.tissue.factored) return;
   // What it answers to held forces goes with its share of the step.
   const auto row = net::Block::kInverseMass;
   std::copy_n(start.block.row(row), start.block.knots(), s.block.row(row));

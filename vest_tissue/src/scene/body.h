@@ -18,7 +18,7 @@ class Body {
 
   /// Order within a batch, 0 … kLast. What moves early answers implicitly to what moves later, and gives it
   /// its force.
-  virtual int turn(const ObjectState&) const { return kLast; }
+  virtual int turn() const { return kLast; }
   /// Times a step (of the description's dt) that it takes forces; `batches` at least.
   virtual int stepsOf(const ObjectState& s) const { return s.batches; }
   /// Sub-steps for its present strain.
@@ -27,14 +27,15 @@ class Body {
   virtual void begin(Context&, std::size_t object, double h, int batch) const;
   virtual void advance(Context&, std::size_t object, int batch) const = 0;
 
-  /// False: it follows forces at once, in equilibrium.
-  virtual bool hasInertia(const ObjectState&) const { return true; }
+  /// False: it follows forces at once, in equilibrium, and knows what gravity does to it.
+  virtual bool hasInertia() const { return true; }
   /// Clips and slings take hold of it.
   virtual bool fastens() const { return true; }
-  /// It goes on with inertia: cut, clipped or denatured it is no longer what it was built as.
-  virtual void giveInertia(ObjectState&) const {}
-  /// m/N: greatest answer of what has no inertia; else 0.
-  virtual double softness(const ObjectConstants&, const ObjectState&) const { return 0.0; }
+  /// Cut, clipped or denatured it is no longer what it was built as.
+  virtual void change(ObjectState&) const {}
+  /// Before a step's batches: what it answers to held forces.
+  /// @return m/N: greatest answer of what has no inertia; else 0
+  virtual double soften(Context&, std::size_t /*object*/) const { return 0.0; }
   /// A knot gains velocity, m/s.
   virtual void accelerate(ObjectState& s, std::uint32_t knot, const Eigen::Vector3d& gain) const;
 
@@ -104,18 +105,13 @@ class ImplicitNetBody : public NetBody {
   void reserve(const ObjectConstants&, const ObjectState&, ObjectScratch&) const override;
 };
 
-/// Finite elements: one implicit step a batch, elastostatic until something changes them.
+/// Finite elements: one implicit step a batch.
 class ElementsBody : public Body {
  public:
-  int turn(const ObjectState& s) const override { return s.tissue.dynamic ? 1 : 0; }
+  int turn() const override { return 1; }
   void advance(Context&, std::size_t object, int batch) const override;
-  bool hasInertia(const ObjectState& s) const override { return s.tissue.dynamic; }
-  void giveInertia(ObjectState&) const override;
-  double softness(const ObjectConstants& k, const ObjectState& s) const override {
-    return s.tissue.dynamic ? 0.0 : k.fem->softest;
-  }
   void accelerate(ObjectState& s, std::uint32_t knot, const Eigen::Vector3d& gain) const override {
-    if (s.tissue.dynamic) s.tissue.v[knot] += gain;
+    s.tissue.v[knot] += gain;
   }
   bool filled() const override { return true; }
   bool tethered() const override { return false; }
@@ -140,27 +136,47 @@ class ElementsBody : public Body {
   void reserve(const ObjectConstants&, const ObjectState&, ObjectScratch&) const override;
 };
 
-/// Finite elements whose inside is condensed: elastostatic for ever. What is done to it pushes and warms it,
-/// and changes nothing of it.
-class CondensedBody : public ElementsBody {
+/// Elastostatic elements. Parts that a cut frees have inertia.
+class ElastostaticBody : public ElementsBody {
+ public:
+  int turn() const override { return 0; }
+  bool hasInertia() const override { return false; }
+  void change(ObjectState&) const override;
+  double soften(Context&, std::size_t object) const override;
+  void accelerate(ObjectState& s, std::uint32_t knot, const Eigen::Vector3d& gain) const override {
+    if (s.tissue.factored) s.tissue.v[knot] += gain;  // what is in equilibrium forgets it
+  }
+};
+
+/// Elastostatic elements whose inside is condensed. What is done to it pushes and warms it, and changes
+/// nothing of it.
+class CondensedBody : public ElastostaticBody {
  public:
   bool fastens() const override { return false; }
-  void giveInertia(ObjectState&) const override {}
+  void change(ObjectState&) const override {}
   void divide(Context&, std::size_t) const override {}
   void conduct(Context&, std::size_t object, double dt) const override;
   void denature(ObjectState&) const override {}
 };
 
-/// Of elements: masses and inertia into the block; places and velocities into it; how the surface hangs on
-/// the faces, at building.
-void makeDynamic(ObjectState& s);
+/// 1/kg: how a knot counts for held forces that answers to them with `softness`, m/N, within steps of h, s.
+constexpr double inverseMassOf(double softness, double h) {
+  constexpr double kPatch = 8.0;  // knots that press an elastostatic object at a time (assumed)
+  return kPatch * softness / (h * h);
+}
+/// Of elements: masses into the block, as inertia too; places and velocities into it; how the surface hangs
+/// on the faces, at building.
+void copyMasses(ObjectState& s, bool inertia);
 void copyTissue(ObjectState& s);
 void fillFemSurface(const fem::TissueModel& tissue, ObjectState& s);
+/// A knot of elements in equilibrium, which has no inertia.
+bool still(const ObjectState& s, const ObjectScratch& o, std::size_t knot);
 
 extern const RigidBody kRigidBody;
 extern const NetBody kNetBody;
 extern const ImplicitNetBody kImplicitNetBody;
 extern const ElementsBody kElementsBody;
+extern const ElastostaticBody kElastostaticBody;
 extern const CondensedBody kCondensedBody;
 
 }  // namespace vest::scene

@@ -32,7 +32,6 @@ constexpr double kSlowMargin = 0.4;  ///< of the longest step, for held forces: 
 /// kLighter).
 constexpr double kTiedMargin = 0.566;
 constexpr double kLeastHeight = 0.5;  ///< of a hinge's lower wing at rest: net::Hinge::least (tuned)
-constexpr double kPatch = 8.0;        ///< knots that press an elastostatic object at a time (assumed)
 /// s, an implicit step: contacts of kContactLeast are held explicitly beside it, at half a radian a step.
 constexpr double kImplicitStep = 2.5e-4;
 constexpr int kPowerSweeps = 40;
@@ -337,10 +336,12 @@ std::shared_ptr<fem::TissueModel> boundFem(const Description& d, const Object& o
   std::shared_ptr<fem::TissueModel> made;
   if (before == nullptr) made = fem::makeTissue(*o.fem, o.fem->motion, d.cache_directory);
   c.fem = made ? made : before->fem;
-  c.body = c.fem->condensed() ? &kCondensedBody : &kElementsBody;
+  c.body = c.fem->condensed()                           ? &kCondensedBody
+           : o.fem->motion == fem::Motion::Elastostatic ? &kElastostaticBody
+                                                        : &kElementsBody;
   s.tissue = fem::tissueAtRest(*c.fem, o.position);
   // Elastostatic knots have no inertia: what they answer to held forces is known once dt is shared out.
-  if (!s.tissue.dynamic) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
+  if (!s.tissue.factored) std::fill_n(s.block.row(Block::kInverseMass), s.block.knots(), 0.0f);
   return made;
 }
 
@@ -532,11 +533,10 @@ std::unique_ptr<WorldModel> buildModel(const Description& description, const Wor
     const double h = description.dt / c.batches;
     factorise(description, description.objects[i], h, tissues[i], c);
     ObjectState& s = m.start.objects[i];
-    if (!s.tissue.dynamic) {
+    if (!s.tissue.factored) {
       for (std::size_t k = 0; k < s.block.knots(); ++k)
         s.block.row(Block::kInverseMass)[k] =
-            s.fixed[k] ? 0.0f
-                       : static_cast<float>(kPatch * c.fem->softestAt(static_cast<Index>(k)) / (h * h));
+            s.fixed[k] ? 0.0f : static_cast<float>(inverseMassOf(c.fem->softestAt(static_cast<Index>(k)), h));
     }
     copyTissue(s);
     fillFemSurface(*c.fem, s);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "body.h"
 #include "connection_kernel.h"
 #include "vest_tissue/scene/topology.h"
 
@@ -352,7 +353,11 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
     f.damping = (soft2 * k.damping) * rate;
     // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
     // than the softest answer allows.
-    const double soft = c.scratch.objects[s.end0.object].softness + c.scratch.objects[s.end1.object].softness;
+    const auto softAt = [&](const net::Anchor& a) {
+      const ObjectScratch& o = c.scratch.objects[a.object];
+      return o.softness > 0.0 && still(c.state.objects[a.object], o, a.knots[0]) ? o.softness : 0.0;
+    };
+    const double soft = softAt(s.end0) + softAt(s.end1);
     if (soft > 0.0) {
       const Vector3d held = s.force;
       f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);

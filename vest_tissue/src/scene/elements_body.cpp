@@ -3,6 +3,7 @@
 
 #include "sling_path.h"
 #include "stages.h"
+#include "vest_tissue/fem/cut_factor.h"
 #include "vest_tissue/interaction/fasteners.h"
 
 namespace vest::scene {
@@ -39,8 +40,9 @@ void addPlanes(ObjectState& s, ObjectScratch& o, double h) {
   const float* const mass = b.row(Block::kMass);
   for (const contact::PlaneContact& c : o.planes) {
     const std::uint32_t k = c.knot;
-    const Vector3d n = toVector(c.normal), v = s.tissue.dynamic ? s.tissue.v[k] : Vector3d(Vector3d::Zero());
-    const double inertia = s.tissue.dynamic ? mass[k] : 1.0 / b.row(Block::kInverseMass)[k];
+    const bool rests = still(s, o, k);
+    const Vector3d n = toVector(c.normal), v = rests ? Vector3d(Vector3d::Zero()) : s.tissue.v[k];
+    const double inertia = rests ? 1.0 / b.row(Block::kInverseMass)[k] : mass[k];
     const double stiffness = std::min<double>(c.stiffness, kHeldShare * inertia / (h * h));
     const double gap = n.dot(s.tissue.x[k] + h * v) - c.offset;
     if (gap >= 0.0) continue;
@@ -155,6 +157,18 @@ bool gatherOrgans(Context& c, std::size_t object, double h) {
   return true;
 }
 
+/// s: fem::TissueScratch::delay, the tissue's own damping; at least some steps (tuned).
+double delayOf(const Context& c, std::size_t object) {
+  constexpr double kLeast = 0.004;
+  if (c.body(object).hasInertia()) return 0.0;
+  const auto& slings = c.state.fasteners.slings;
+  const bool any = std::any_of(slings.begin(), slings.end(), [&](const interaction::Sling& s) {
+    return s.alive && s.around && s.object == object;
+  });
+  const auto& m = c.model.objects[object].fem->model->description.material;
+  return any ? std::max(kLeast, m.rayleigh_stiffness) : 0.0;
+}
+
 /// Slings that lie on the object: the places of their nodes, and the way over these.
 bool gatherThreads(Context& c, std::size_t object, double before, double after) {
   static_assert(interaction::kSlingNodes <= static_cast<int>(fem::kMostThreadPoints));
@@ -259,45 +273,99 @@ void tellTools(Context& c, const ObjectState& s, ObjectScratch& o, double h) {
   }
 }
 
-/// Force of the attachments: what the tissue and other forces do to held knots; for elastostatic objects the
-/// opposite of everything that acts on them, since they are in equilibrium.
+/// Force of the attachments: what the tissue and other forces do to held knots; for elastostatic objects that
+/// are whole the opposite of everything that acts on them, since they are in equilibrium.
 Vector3d reactionOf(const Context& c, std::size_t object, const std::array<const float*, 3>& held,
                     const Vector3d& internal) {
   const ObjectState& s = c.state.objects[object];
   const fem::TissueModel& tissue = *c.model.objects[object].fem;
   const fem::Model& m = *tissue.model;
+  const bool inertia = c.body(object).hasInertia(), factored = s.tissue.factored;
   Vector3d reaction = -internal - tissue.inner_mass * c.state.gravity - tissue.inner_load;
   for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
-    if (s.tissue.dynamic && !s.fixed[k]) continue;
+    if (factored && !s.fixed[k]) continue;
     reaction -= Vector3d(held[0][k], held[1][k], held[2][k]);
-    if (!s.tissue.dynamic) reaction -= s.tissue.mass[k] * c.state.gravity + m.load[s.tissue.origin[k]];
+    if (!inertia) reaction -= s.tissue.mass[k] * c.state.gravity;
+    if (!factored) reaction -= m.load[s.tissue.origin[k]];
   }
-  if (s.tissue.dynamic) return reaction;
+  if (factored) return reaction;
   for (const TissuePoint& point : c.scratch.objects[object].tissue.points)
     if (!point.between) reaction -= point.force;
   return reaction;
 }
 
-double kineticOf(const fem::TissueState& s) {
+double kineticOf(const ObjectState& s, const ObjectScratch& o) {
+  const fem::TissueState& t = s.tissue;
   double sum = 0.0;
-  for (std::size_t k = 0; k < s.x.size(); ++k) sum += 0.5 * s.mass[k] * s.v[k].squaredNorm();
-  return s.dynamic ? sum : 0.0;
+  for (std::size_t k = 0; k < t.x.size(); ++k)
+    if (!still(s, o, k)) sum += 0.5 * t.mass[k] * t.v[k].squaredNorm();
+  return sum;
 }
 
 }  // namespace
 
 const ElementsBody kElementsBody;
+const ElastostaticBody kElastostaticBody;
 const CondensedBody kCondensedBody;
 
 /// Its inverse is that of the tissue as it was.
-void ElementsBody::giveInertia(ObjectState& s) const {
-  if (!s.tissue.dynamic) makeDynamic(s);
+void ElastostaticBody::change(ObjectState& s) const {
+  fem::useFactor(s.tissue);
 }
 
-void makeDynamic(ObjectState& s) {
-  fem::makeDynamic(s.tissue);
+namespace {
+
+/// Free knots that held forces act on in this step.
+void gatherHeld(const Context& c, std::size_t object, std::vector<fem::Index>& out) {
+  const ObjectState& s = c.state.objects[object];
+  out.clear();
+  const auto take = [&](std::uint32_t k) {
+    if (!s.fixed[k] && out.size() < out.capacity()) out.push_back(k);
+  };
+  for (const contact::PlaneContact& p : c.scratch.objects[object].planes) take(p.knot);
+  for (const OrganContact& r : c.scratch.organ_contacts)
+    for (const ContactEnd& end : r.ends)
+      for (std::size_t e = 0; end.object == object && e < 3; ++e)
+        if (end.weights[e] != 0.0f) take(end.knots[e]);
+  for (const ConnectionState& s2 : c.state.connections)
+    for (const net::Anchor* a : {&s2.end0, &s2.end1})
+      for (std::size_t i = 0; s2.alive && a->object == object && i < 4; ++i) take(a->knots[i]);
+}
+
+}  // namespace
+
+/// A flap is softer than what it was part of: springs on it are the weaker.
+double ElastostaticBody::soften(Context& c, std::size_t object) const {
+  ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const fem::TissueModel& tissue = *c.model.objects[object].fem;
+  if (!s.tissue.factored) return tissue.softest;
+  fem::CutFactor& factor = *o.tissue.cut;
+  const bool usable = factor.renew(tissue, s.tissue), renewed = o.softened != factor.made();
+  float* const inverse = s.block.row(Block::kInverseMass);
+  for (std::size_t k = 0; renewed && k < s.tissue.x.size(); ++k)
+    if (!s.fixed[k] && !still(s, o, k)) inverse[k] = static_cast<float>(1.0 / s.tissue.mass[k]);
+  o.softened = factor.made();
+  const double softest = !renewed ? o.softness : usable ? factor.softest(tissue, s.tissue) : 0.0;
+  if (!usable) return softest;
+  gatherHeld(c, object, o.cut_knots);
+  const bool found = factor.touch(o.cut_knots.data(), o.cut_knots.size());
+  for (const fem::Index k : o.cut_knots) {
+    if (!still(s, o, k)) continue;
+    const double soft = found ? tissue.step * tissue.step * factor.answer(k, k).trace() : 3.0 * softest;
+    inverse[k] = static_cast<float>(inverseMassOf(soft, tissue.step));
+  }
+  return softest;
+}
+
+bool still(const ObjectState& s, const ObjectScratch& o, std::size_t knot) {
+  return !s.tissue.factored || (o.tissue.cut && o.tissue.cut->still(static_cast<fem::Index>(knot)));
+}
+
+void copyMasses(ObjectState& s, bool inertia) {
   for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
     s.block.row(Block::kMass)[k] = static_cast<float>(s.tissue.mass[k]);
+    if (!inertia) continue;  // as before, until soften()
     s.block.row(Block::kInverseMass)[k] = s.fixed[k] ? 0.0f : static_cast<float>(1.0 / s.tissue.mass[k]);
   }
 }
@@ -323,13 +391,14 @@ void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
   const std::array<const float*, 3> held{s.block.row(Block::HX), s.block.row(Block::HY),
                                          s.block.row(Block::HZ)};
   gatherClips(c, object, h);
+  o.tissue.delay = delayOf(c, object);
   o.tissue.quiet = kQuiet;
   bool good = fem::freeTissueStep(tissue, s.tissue, h, held, c.state.gravity, o.tissue);
   double before = 0.0;
-  if (c.account) before = kineticOf(s.tissue) + fem::tissueEnergy(tissue, s.tissue);
+  if (c.account) before = kineticOf(s, o) + fem::tissueEnergy(tissue, s.tissue);
   // What held knots take from the tissue, before the solver uses its room for something else.
   Vector3d internal = Vector3d::Zero();
-  for (std::size_t k = 0; s.tissue.dynamic && k < s.tissue.x.size(); ++k)
+  for (std::size_t k = 0; s.tissue.factored && k < s.tissue.x.size(); ++k)
     if (s.fixed[k]) internal += o.tissue.force[k];
   double inexact = o.tissue.residual;
   bool all = good && gatherPoints(c, o, static_cast<double>(batch + 1) / batches);
@@ -358,7 +427,7 @@ void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
     double work = 0.0;  // of all forces from outside, gravity too
     for (std::size_t k = 0; k < s.tissue.x.size(); ++k) {
       Vector3d f(held[0][k], held[1][k], held[2][k]);
-      if (!s.tissue.dynamic) f += s.tissue.mass[k] * c.state.gravity;
+      if (!c.body(object).hasInertia()) f += s.tissue.mass[k] * c.state.gravity;
       work += f.dot(s.tissue.x[k] - o.tissue.p[k]);
     }
     for (const TissuePoint& point : o.tissue.points) {
@@ -370,7 +439,7 @@ void ElementsBody::advance(Context& c, std::size_t object, int batch) const {
     for (const fem::TissueGroup& g : o.tissue.groups)
       for (int i = 0; i < g.count; ++i)
         work += g.impulse[i].dot(s.tissue.x[g.knots[i]] - o.tissue.p[g.knots[i]]) / h;
-    o.heat += before + work - kineticOf(s.tissue) - fem::tissueEnergy(tissue, s.tissue);
+    o.heat += before + work - kineticOf(s, o) - fem::tissueEnergy(tissue, s.tissue);
   }
   if (inexact > kInexact || !all) s.degraded = true;
   copyTissue(s);
@@ -398,15 +467,14 @@ void CondensedBody::conduct(Context& c, std::size_t object, double dt) const {
     exchangeHeat(c, object, e.knot0, e.knot1, e.conductance, dt);
 }
 
-/// Elements follow the mean of their corners. An elastostatic object goes on by backward Euler: its inverse
-/// is that of the healthy tissue.
+/// Elements follow the mean of their corners.
 void ElementsBody::denature(ObjectState& s) const {
   fem::TissueState& t = s.tissue;
   bool any = !t.denatured.empty();
   for (std::size_t k = 0; k < t.x.size() && !any; ++k) any = s.heat.columns[k].denatured > kNoticed;
   if (!any) return;
   if (t.denatured.empty()) {
-    giveInertia(s);
+    change(s);
     t.denatured.resize(t.corner.size(), 0.0f);
   }
   for (std::size_t e = 0; e < t.corner.size(); ++e) {

@@ -95,13 +95,20 @@ bool openFaces(Job& j) {
   return !opened.empty();
 }
 
+/// What was in equilibrium has no momentum that a part of it could fly off with.
+void rest(ObjectState& s, const ObjectScratch& o) {
+  for (std::size_t k = 0; k < s.tissue.x.size(); ++k)
+    if (still(s, o, k)) s.tissue.v[k].setZero();
+}
+
 /// The block follows: copies, masses, what is held.
 void copyKnots(Job& j) {
   Block& b = j.s.block;
   for (const fem::Doubling& d : j.o.doublings) {
     std::uint32_t copy;
     if (!b.addKnot(copy)) return;  // the state's room is the block's
-    for (const auto r : {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay})
+    for (const auto r :
+         {Block::X, Block::Y, Block::Z, Block::VX, Block::VY, Block::VZ, Block::kDecay, Block::kInverseMass})
       b.row(r)[copy] = b.row(r)[d.original];
     j.s.fixed.push_back(j.s.fixed[d.original]);
     j.s.depth[copy] = j.s.depth[d.original];
@@ -111,7 +118,9 @@ void copyKnots(Job& j) {
     j.delta.doubled_knots.push_back(d.original);
     j.s.fem_surface.knot_vertex.push_back(kNone);
   }
-  makeDynamic(j.s);  // masses, too
+  const Body& body = j.c.body(j.object);
+  body.change(j.s);
+  copyMasses(j.s, body.hasInertia());
 }
 
 std::uint32_t vertexOf(Job& j, std::uint32_t knot) {
@@ -381,6 +390,7 @@ void ElementsBody::divide(Context& c, std::size_t object) const {
   // Copies of this very step lie where their originals were.
   if (o.backup_x.size() != s.tissue.x.size() || !openFaces(j)) return;
   o.doublings.clear();
+  rest(s, o);
   if (!fem::divideKnots(j.tissue, s.tissue, o.cut_knots, o.doublings)) s.degraded = true;
   copyKnots(j);
   renewSurface(j);

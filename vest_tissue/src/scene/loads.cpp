@@ -47,7 +47,7 @@ void takeLoads(Context& c) {
       HeldLoad::Of& told = s.load.told[l.knot];
       for (std::size_t axis = 0; axis < 3; ++axis) told[axis] = bounded(told[axis] + bounded(l.force[axis]));
       told[3] = boundedDamping(told[3] + boundedDamping(l.damping));
-      if (c.body(l.object).hasInertia(s)) takeLift(l, row(s, Block::Z)[l.knot], told);
+      if (c.body(l.object).hasInertia()) takeLift(l, row(s, Block::Z)[l.knot], told);
     }
     for (ObjectState& s : c.state.objects) {  // a lift that comes or goes does so at its own level
       if (!s.load.any) continue;

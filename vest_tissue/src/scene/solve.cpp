@@ -110,7 +110,7 @@ void pushLater(Context& c, int turn, Due due) {
     const ContactEnd &moved = r.ends[static_cast<std::size_t>(r.implicit_end)],
                      &later = r.ends[static_cast<std::size_t>(1 - r.implicit_end)];
     if (later.object == moved.object) continue;  // both answered
-    if (c.body(moved.object).turn(c.state.objects[moved.object]) == turn && due(later.object))
+    if (c.body(moved.object).turn() == turn && due(later.object))
       push(c.state, later, r.implicit_end == 1 ? r.force : Vector3d(-r.force));
   }
 }
@@ -130,7 +130,7 @@ void Body::begin(Context& c, std::size_t object, double h, int /*batch*/) const 
   const std::size_t knots = b.knots();
   const float ahead = static_cast<float>(0.5 * h);
   const float* const mass = b.row(Block::kMass);
-  const bool moves = hasInertia(s);
+  const bool moves = hasInertia();
   const net::KnotLoops& loops = net::knotLoops(c.level);
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = [axis](Block::KnotRow first) { return static_cast<Block::KnotRow>(first + axis); };
@@ -279,8 +279,7 @@ Shares shareOut(const WorldModel& model, std::size_t threads) {
 void solve(Context& c) {
   int first = Body::kLast;
   const Batches batches(c);
-  for (const std::size_t object : c.model.bodies)
-    first = std::min(first, c.body(object).turn(c.state.objects[object]));
+  for (const std::size_t object : c.model.bodies) first = std::min(first, c.body(object).turn());
   for (std::size_t i = 0; i < c.scratch.objects.size(); ++i) {
     ObjectScratch& o = c.scratch.objects[i];
     const ObjectState& s = c.state.objects[i];
@@ -288,7 +287,7 @@ void solve(Context& c) {
     o.heat = 0.0;
     o.faulty = o.begun = o.joined = false;
     o.sub_step = c.dt / (c.stretch * static_cast<double>(c.body(i).stepsOf(s)));
-    o.softness = c.body(i).softness(c.model.objects[i], s);
+    o.softness = c.body(i).soften(c, i);
   }
   gatherSlings(c);
   // Each object adds up what others do to it just before it moves, where nothing else is held in between.
@@ -324,7 +323,7 @@ void solve(Context& c) {
     for (int turn = first; turn <= Body::kLast; ++turn) {
       eachBody(c, [&](std::size_t object) {
         const Body& body = c.body(object);
-        if (body.turn(c.state.objects[object]) != turn || !batches.due(object, batch)) return;
+        if (body.turn() != turn || !batches.due(object, batch)) return;
         if (apart(object)) holdConnections(c, object), holdContacts(c, object);
         const int every = batches.every(object), next = batch + every;
         body.advance(c, object, batch / every);

@@ -151,7 +151,7 @@ auto fields(Walk<A> a, fem::TissueState& t) {
   const std::size_t knots = t.x.size(), elements = at.elements();
   const fem::TissueState& start = at.start().tissue;
   return a(place("a coordinate", t.x), speed("a velocity", t.v).sized(knots),
-           within("a parameter", t.stiffness_scale, 0.0, 1e9), t.dynamic)
+           within("a parameter", t.stiffness_scale, 0.0, 1e9), t.factored)
       .shape([&](auto b) {
         return b(t.denatured, t.revision).when(t.revision > 0, [&](auto d) {
           return d(within("a mass", t.mass, 0.0, 1e30).sized(knots),
@@ -163,10 +163,10 @@ auto fields(Walk<A> a, fem::TissueState& t) {
       .require(t.denatured.empty() || t.denatured.size() == elements,
                "finite elements whose lists do not fit each other")
       .require(t.revision > 0 || knots == start.x.size(), "knots of finite elements that no cut has made")
-      .require(!t.dynamic || !at.constants().fem || !at.constants().fem->condensed(),
-               "finite elements with inertia, whose inside the scene condenses")
-      .require(t.dynamic || (!start.dynamic && t.revision == 0),
-               "finite elements at rest that the scene lets move, or that are cut");
+      .require(!t.factored || !at.constants().fem || !at.constants().fem->condensed(),
+               "finite elements that are changed, whose inside the scene condenses")
+      .require(t.factored || (!start.factored && t.revision == 0),
+               "finite elements as built that the scene lets move, or that are cut");
 }
 
 inline bool bounded(const std::vector<HeldLoad::Of>& loads) {

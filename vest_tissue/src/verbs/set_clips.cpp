@@ -22,7 +22,7 @@ constexpr double kClosing = 0.2;  ///< m/s: of the legs of a clip on finite elem
 constexpr double kHard = 5e6;     ///< Pa: no clip flattens what is harder (cartilage, bone); assumed
 /// Of the jaws, from their tips: where the parts of a clip are joined.
 constexpr double kJoint[] = {0.2, 0.7};
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoStation = std::numeric_limits<double>::quiet_NaN();
 
 bool movable(const ObjectState& s, std::uint32_t k) {
   return row(s, Block::kInverseMass)[k] > 0.0f;
@@ -99,7 +99,7 @@ Pedicle look(Context& c, const tools::ToolGeometry& g, const JawFrame& frame, do
   double stations = 0.0;
   int with_station = 0;
   const auto finish = [&] {
-    now.station = with_station > 0 ? stations / with_station : kNone;
+    now.station = with_station > 0 ? stations / with_station : kNoStation;
     std::size_t at = all.count;
     while (at > 0 && all.parts[at - 1].samples < now.samples) --at;
     if (at == Pedicle::kMost) return;
@@ -183,7 +183,7 @@ void shapeFold(Context& c, Clip& clip, const Between& at, const tools::ToolGeome
                double jaw) {
   const ObjectState& s = c.state.objects[at.object];
   clip.count = clip.ring = 0;
-  clip.station = clip.area = kNone;
+  clip.station = clip.area = kNoStation;
   clip.rotation = frame.rotation;
   eachBetween(c, g, frame, jaw + kFill, [&](std::size_t object, std::size_t t, const double* w, double) {
     if (object != at.object) return;
@@ -333,7 +333,7 @@ Clip* form(Context& c, int tool, const Between& at, const tools::ToolGeometry& g
   ObjectState& s = c.state.objects[clip.object];
   centre(s, clip);
   // Between steps: within one its turn among the objects would come twice.
-  c.body(clip.object).giveInertia(s);
+  c.body(clip.object).change(s);
   clip.alive = true;
   clip.jaw = jaw;
   setBit(c.state.jaws_pass[clip.object], tool, true);
@@ -423,7 +423,7 @@ void gatherClips(Context& c, std::size_t object, double dt) {
     Clip& clip = clips[n];
     if (!clip.alive || clip.object != object || groups.size() == groups.capacity()) continue;
     if (groups.empty()) std::fill(taken.begin(), taken.end(), std::uint16_t{0});
-    c.body(object).giveInertia(s);
+    c.body(object).change(s);
     const Shape shape = fit(
         s, clip, [&](std::uint32_t k) { return s.tissue.mass[k]; },
         [&](std::uint32_t k) -> const Vector3d& { return s.tissue.x[k]; });

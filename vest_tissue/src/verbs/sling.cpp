@@ -250,7 +250,7 @@ void enclose(Context& c, Sling& sling) {
     sling.count = 0;
     sling.station = stationUnder(c, sling);
     sling.area = areaOf(c.state.objects[object], sling);
-    c.body(object).giveInertia(c.state.objects[object]);
+    c.body(object).change(c.state.objects[object]);
     return;
   }
 }

@@ -247,7 +247,7 @@ TEST(Condensed, BladesAndClipsLeaveItAsItIs) {
     EXPECT_EQ(t.world.knotCount(0), knots);
     for (const auto event : {scene::EventKind::Cut, scene::EventKind::Clipped, scene::EventKind::Separated})
       EXPECT_FALSE(t.saw(event)) << int(kind) << " " << int(event);
-    EXPECT_FALSE(t.world.state().objects[0].tissue.dynamic);
+    EXPECT_FALSE(t.world.state().objects[0].tissue.factored);
   }
 }
 

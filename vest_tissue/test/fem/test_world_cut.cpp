@@ -7,6 +7,7 @@
 
 #include "blades.h"
 #include "slab.h"
+#include "vest_tissue/fem/tissue_cut.h"
 #include "vest_tissue/scene/topology.h"
 #include "vest_tissue/scene/world_model.h"
 
@@ -147,6 +148,68 @@ TEST(FemCutInWorld, ScissorsDivideABarAndTheFarPartFalls) {
     EXPECT_EQ(w.knotCount(0), s.objects[0].position.size());
     EXPECT_EQ(w.topology(0).skin.triangles, at_start.skin.triangles);
   }
+}
+
+TEST(FemCutInWorld, WhatIsLeftOfAnElastostaticBarIsAtRestAtOnce) {
+  // It went on by backward Euler, and swung.
+  double fastest[2] = {};
+  for (const Motion motion : {Motion::BackwardEuler, Motion::Elastostatic}) {
+    scene::Description s = sceneOf({object(bar(motion, Strain::Small))});
+    s.gravity = Vector3d(0, 0, -2);
+    scene::World w(s);
+    scene::StepReport report;
+    scene::StepInput in;
+    for (std::uint64_t i = 0; i < 200; ++i) w.step(inputOf(i), report);
+    const auto& t = w.state().objects[0].tissue;
+    ASSERT_EQ(w.state().objects[0].fem_surface.parts, 2u);
+    for (in.step = 200; in.step < 202; ++in.step) w.step(in, report);
+    for (std::size_t k = 0; k < t.x.size(); ++k)
+      if (s.objects[0].position[t.origin[k]].x() < -0.004)
+        fastest[motion == Motion::Elastostatic] =
+            std::max(fastest[motion == Motion::Elastostatic], t.v[k].norm());
+  }
+  EXPECT_GT(fastest[0], 1e-4) << "m/s: the scene shows nothing";
+  EXPECT_LT(fastest[1], 1e-9) << "m/s";
+}
+
+TEST(FemCutInWorld, AConnectionMeetsTheFlapThatACutMadeSoft) {
+  // Springs that are held over a step are bounded by what their knot answers. Cut, it answers more.
+  Description above = bar(Motion::Elastostatic, Strain::Small);
+  above.name = "above";
+  for (auto& x : above.nodes) x.z() += 0.03;
+  scene::Description s = sceneOf({object(bar(Motion::Elastostatic, Strain::Small)), object(above)});
+  s.gravity.setZero();
+  scene::Connection c;
+  c.object0 = "bar", c.object1 = "above";
+  for (std::uint32_t k = 0; k < s.objects[0].position.size(); ++k)
+    if (s.objects[0].position[k].x() > 0.0199 && s.objects[0].position[k].z() > 0.0519) c.knot0 = k;
+  c.triangle1 = s.objects[1].contact_triangles[0], c.weights1 = {0.4, 0.3, 0.3};
+  c.stiffness = 5.0, c.damping = 0.0;
+  s.connections.push_back(c);
+  scene::World w(s);
+  scene::StepReport report;
+  const auto softness = [&] {
+    return static_cast<double>(w.state().objects[0].block.row(net::Block::kInverseMass)[c.knot0]);
+  };
+  const double before = softness();
+  for (std::uint64_t i = 0; i < 260; ++i) {
+    scene::StepInput in = inputOf(i);
+    in.tools[1].position.y() -= 0.006;  // a part of its width
+    ASSERT_NE(w.step(in, report), scene::Status::Fault);
+  }
+  const auto& t = w.state().objects[0].tissue;
+  ASSERT_EQ(w.state().objects[0].fem_surface.parts, 1u);
+  ASSERT_GT(t.x.size(), s.objects[0].position.size());
+  const auto whole = makeTissue(bar(Motion::Elastostatic, Strain::Small), Motion::Elastostatic, "");
+  prepareTissue(*whole, s.dt);
+  const auto cut = makeTissue(cutDescription(*whole, t), Motion::Elastostatic, "");
+  prepareTissue(*cut, s.dt);
+  const double softer = cut->softestAt(c.knot0) / whole->softestAt(c.knot0);
+  EXPECT_GT(softer, 1.2) << "the scene shows nothing";
+  EXPECT_NEAR(softness() / before, softer, 1e-4 * softer);
+  scene::StepInput in;
+  for (in.step = 260; in.step < 1260; ++in.step) ASSERT_NE(w.step(in, report), scene::Status::Fault);
+  EXPECT_LT(t.v[c.knot0].norm(), 5e-4) << "m/s: it comes to rest";
 }
 
 TEST(FemCutInWorld, ScissorsThatJumpThroughASlabThrowNothing) {

@@ -272,7 +272,7 @@ TEST(SlingOnElements, HashesAreTheSameForAnyThreadsAndAfterRestore) {
 
 // A loop that is tied holds while the bar is pulled, and where it is cut beside the loop.
 TEST(SlingOnElements, HoldsWhileTheBarIsPulledAndCutBesideIt) {
-  for (const Kind& kind : {kKinds[0], kKinds[1]}) {
+  for (const Kind& kind : kKinds) {
     BarOptions o;
     o.kind = kind;
     Theatre t(bar(o));

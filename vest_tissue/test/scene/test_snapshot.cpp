@@ -127,7 +127,7 @@ TEST(Snapshot, FiniteElementsThatMoveAreNotAtRest) {
     Bytes bytes;
     world.save(bytes);
     const std::string message = refusal(world, replaced(bytes, moves, rests));
-    EXPECT_NE(message.find("finite elements at rest"), std::string::npos) << message;
+    EXPECT_NE(message.find("finite elements as built"), std::string::npos) << message;
     EXPECT_EQ(refusal(world, bytes), "");
   }
 }

@@ -23,8 +23,8 @@ enum class Use : std::uint8_t { Static = 0, Dynamic = 1 };
 /// How an object answers its loads.
 /// BackwardEuler: with inertia and Rayleigh damping, small or corotational strain (fem/simulate.h).
 /// Elastostatic: fast finite elements (fem/tissue.h), each step the equilibrium under the forces of that
-/// step, from the loaded columns of the precomputed inverse alone; small strain. It goes on with inertia from
-/// its first cut on.
+/// step, from the loaded columns of the precomputed inverse alone; small strain. Cut, clipped or denatured it
+/// takes its equilibrium from a factor of its mesh (fem/cut_factor.h); what a cut frees moves with inertia.
 /// Condensed: elastostatic between nodes that can be touched, the inner ones eliminated exactly
 /// (docs/decisions/0017-…). It stays elastostatic: blades, clips and slings do not take hold of it.
 enum class Motion : std::uint8_t { BackwardEuler = 0, Elastostatic = 1, Condensed = 2 };

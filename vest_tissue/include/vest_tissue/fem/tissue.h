@@ -54,16 +54,6 @@ struct TissueModel {
   std::vector<std::int32_t> answer_number;  ///< per node: block row in `answer`; -1: held, or inner
   /// 3×3 blocks between surface nodes, m/N: displacement per force held for one step; h² A0^-1, or K^-1.
   Eigen::MatrixXd answer;
-  /// Of an elastostatic object, for when it has become dynamic: h² A0^-1 between surface nodes, as `answer`
-  /// is of the others, and its block rows.
-  Eigen::MatrixXd moving_answer;
-  std::vector<std::int32_t> moving_number;
-  const Eigen::MatrixXd& movingAnswer() const {
-    return motion == Motion::Elastostatic ? moving_answer : answer;
-  }
-  const std::vector<std::int32_t>& movingNumber() const {
-    return motion == Motion::Elastostatic ? moving_number : answer_number;
-  }
   double softest = 0.0;                         ///< m/N, elastostatic: greatest eigenvalue of K^-1
   std::array<Eigen::VectorXd, 3> unit_gravity;  ///< m per m/s², elastostatic: per unknown of `answer`
   /// m/N, elastostatic: displacement of a free node per force on it, at most.
@@ -94,9 +84,11 @@ struct TissueState {
   std::vector<Index> origin;                 ///< per knot: node of the scene
   std::vector<Index> knot_element;           ///< per knot: an element that has it
   double stiffness_scale = 1.0;              ///< parameter edit: Young's modulus over the scene's
-  bool dynamic = true;                       ///< false: elastostatic, not changed yet
-  std::vector<float> denatured;              ///< per element, 0 … 1, by heat; empty: none
-  std::uint32_t revision = 0;                ///< of corner; 0: as the scene says
+  /// False: elastostatic and as it was built, so that the inverse of the whole object answers. Else each step
+  /// solves with a factor.
+  bool factored = true;
+  std::vector<float> denatured;  ///< per element, 0 … 1, by heat; empty: none
+  std::uint32_t revision = 0;    ///< of corner; 0: as the scene says
 };
 
 /// A place that is pushed or held during one step: kind 0 unilateral contact, kind 1 bilateral hold, kind 2
@@ -147,9 +139,11 @@ struct TissueGroup {
   std::uint32_t source = 0;                            ///< the caller's
   std::array<std::uint8_t, kMostGroupKnots> member{};  ///< the caller's
   std::array<Index, kMostGroupKnots> knots{};
-  std::array<Eigen::Vector3d, kMostGroupKnots> goal{};     ///< m
-  std::array<Eigen::Vector3d, kMostGroupKnots> arm{};      ///< m, of the goal from their mean: prepareGroup()
-  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();       ///< 1/m², of sum |arm|² I - arm arm^T
+  std::array<Eigen::Vector3d, kMostGroupKnots> goal{};  ///< m
+  std::array<Eigen::Vector3d, kMostGroupKnots> arm{};   ///< m, of the goal from their mean: prepareGroup()
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();    ///< 1/m², of sum |arm|² I - arm arm^T
+  /// N·m: how the tissue's forces resist a turn of the arms that they pull at (freeTissueStep()).
+  Eigen::Matrix3d turning = Eigen::Matrix3d::Zero();
   std::array<Eigen::Vector3d, kMostGroupKnots> impulse{};  ///< N·s, result: of the clip on each knot
 };
 /// Arms, and the inverse of their inertia. Its knots must be free, and in no other group.
@@ -175,6 +169,9 @@ struct TissueScratch {
   std::vector<TissueGroup> groups;
   std::vector<Eigen::Vector3d> group_residual;
   std::shared_ptr<CutFactor> cut;  ///< of the cut object, in the factor's place (cut_factor.h)
+  /// s: time constant with which parts in equilibrium come to it; 0: at once. As a Kelvin-Voigt body without
+  /// mass. A thread that is drawn finds its places anew in each step, and these must not run away from it.
+  double delay = 0.0;
   /// m/s: a solve ends where what is left would change velocities by less than this, as the root of the mean
   /// square weighted by masses; the next step takes it up. 0: runs on to the relative tolerance.
   double quiet = 0.0;
@@ -197,8 +194,9 @@ void prepareTissue(TissueModel& tissue, double h, const std::function<void(doubl
 TissueState tissueAtRest(const TissueModel& tissue, const std::vector<Eigen::Vector3d>& position);
 
 /// One step of h seconds in three parts, all real-time safe.
-/// 1. Free motion under gravity-less `held` forces (N per knot, three rows; gravity is among them but for
-///    elastostatic objects, which know it from `gravity`, m/s²). False: not finite.
+/// 1. Free motion under `held` forces (N per knot, three rows; gravity is among them but for elastostatic
+///    objects, which know it from `gravity`, m/s²). Held parts of elastostatic objects go to their
+///    equilibrium under these forces at once, cut or not. False: not finite.
 bool freeTissueStep(const TissueModel& tissue, const TissueState& state, double h,
                     const std::array<const float*, 3>& held, const Eigen::Vector3d& gravity,
                     TissueScratch& scratch);

@@ -36,8 +36,8 @@ bool divideKnots(const TissueModel& model, TissueState& state, const std::vector
 std::uint32_t tissueParts(const TissueModel& model, const TissueState& state,
                           std::vector<std::uint32_t>& root);
 
-/// An elastostatic object goes on with inertia: from its first cut on.
-void makeDynamic(TissueState& state);
+/// What is not as it was built solves with a factor of its mesh from then on: cut, clipped or denatured.
+void useFactor(TissueState& state);
 
 /// The object as it is now, at rest shape: what a fresh model of the cut mesh is built from. Allocates.
 Description cutDescription(const TissueModel& model, const TissueState& state);

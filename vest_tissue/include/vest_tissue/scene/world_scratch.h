@@ -163,11 +163,12 @@ struct alignas(64) ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
-  float moved = 0.0f;     ///< m: the furthest that a knot went in this step
-  bool begun = false;     ///< its next batch
-  bool joined = false;    ///< part of a clip that holds several objects
-  double sub_step = 0.0;  ///< s: between two moments at which it takes forces
-  double softness = 0.0;  ///< m/N: Body::softness
+  float moved = 0.0f;          ///< m: the furthest that a knot went in this step
+  bool begun = false;          ///< its next batch
+  bool joined = false;         ///< part of a clip that holds several objects
+  double sub_step = 0.0;       ///< s: between two moments at which it takes forces
+  double softness = 0.0;       ///< m/N: Body::soften()
+  std::uint64_t softened = 0;  ///< elastostatic: fem::CutFactor::made() that it is of
   std::uint32_t first_contact = OrganContact::kNone, last_contact = OrganContact::kNone;  ///< organ_contacts
 };
 
