@@ -143,12 +143,14 @@ void tell(Skin& told, const CutJob& j, std::uint32_t v) {
 
 std::uint32_t acrossOrgan(const CutJob& j, std::uint32_t triangle) {
   const std::uint32_t designed = j.constants.opposite[triangle];
-  if (designed == kNone || !parted(j, triangle, designed)) return designed;
-  // The cut went between: the nearest one of this side that looks the other way.
+  if (designed == kNone || (j.s.triangle_alive[designed] != 0 && !parted(j, triangle, designed)))
+    return designed;
+  // The cut went between, or it has torn: the nearest one of this side that looks the other way.
   const Vector3d n = j.normal(triangle), wanted = j.centroid(designed), own = j.centroid(triangle);
   std::uint32_t best = kNone;
   double least = 4.0 * (wanted - own).squaredNorm();
   for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t) {
+    if (j.s.triangle_alive[t] == 0) continue;
     const Vector3d at = j.centroid(t), way = own - at;
     const double distance = (at - wanted).squaredNorm();
     if (distance >= least || n.dot(way) <= 0.3 * std::sqrt(n.squaredNorm() * way.squaredNorm()) ||

@@ -136,11 +136,15 @@ void renewIncident(CutJob& j) {
   const std::size_t knots = j.s.block.knots();
   auto& start = j.k.incident_start;
   std::fill_n(start.begin(), knots + 2, 0u);
-  for (std::size_t t = 0; t < j.s.triangles.size(); ++t)
+  for (std::size_t t = 0; t < j.s.triangles.size(); ++t) {
+    if (j.s.triangle_alive[t] == 0) continue;  // torn: it holds nothing together
     for (const std::uint32_t k : j.s.triangles[t]) ++start[k + 2];
+  }
   for (std::size_t i = 2; i < knots + 2; ++i) start[i] += start[i - 1];
-  for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t)
+  for (std::uint32_t t = 0; t < j.s.triangles.size(); ++t) {
+    if (j.s.triangle_alive[t] == 0) continue;
     for (const std::uint32_t k : j.s.triangles[t]) j.k.incident[start[k + 1]++] = t;
+  }
 }
 
 bool divideNet(CutJob& j) {

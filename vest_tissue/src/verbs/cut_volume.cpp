@@ -21,17 +21,18 @@ net::ElementArrays positions(const CutJob& j) {
           nullptr};
 }
 
-/// Closes the surface where the cut opened it: a fan of triangles over each rim.
+/// Closes the surface where the cut, or a tear before it, opened it: a fan of triangles over each rim.
 void closeRims(CutJob& j, net::Volume& v, std::uint32_t part) {
   auto& rim = j.k.rim;
   rim.clear();
-  for (const auto& t : j.s.triangles) {
-    if (j.k.part[t[0]] != part) continue;
+  for (std::size_t n = 0; n < j.s.triangles.size(); ++n) {
+    const auto& t = j.s.triangles[n];
+    if (j.s.triangle_alive[n] == 0 || j.k.part[t[0]] != part) continue;
     for (std::size_t e = 0; e < 3; ++e) {
       const std::uint32_t a = t[e], b = t[(e + 1) % 3];
       bool neighbour = false;
-      for (const std::uint32_t* n = j.begin(a); n != j.end(a) && !neighbour; ++n) {
-        const auto& o = j.s.triangles[*n];
+      for (const std::uint32_t* beside = j.begin(a); beside != j.end(a) && !neighbour; ++beside) {
+        const auto& o = j.s.triangles[*beside];
         for (std::size_t i = 0; i < 3; ++i) neighbour = neighbour || (o[i] == b && o[(i + 1) % 3] == a);
       }
       if (!neighbour) rim.push_back({a, b});
@@ -86,8 +87,10 @@ void divideVolumes(CutJob& j) {
     }
     net::Volume& v = volumes[count];
     v.triangles.clear();
-    for (const auto& t : j.s.triangles)
-      if (j.k.part[t[0]] == knot) v.triangles.push_back({t[0], t[1], t[2]});
+    for (std::size_t n = 0; n < j.s.triangles.size(); ++n) {
+      const auto& t = j.s.triangles[n];
+      if (j.s.triangle_alive[n] != 0 && j.k.part[t[0]] == knot) v.triangles.push_back({t[0], t[1], t[2]});
+    }
     closeRims(j, v, knot);
     const double rest = volumeAtRest(j, v);
     if (rest < kLeastPart * start[0].rest) continue;
