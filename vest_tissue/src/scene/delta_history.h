@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "delta_room.h"
 #include "vest_tissue/scene/world.h"
 
 namespace vest::scene {
@@ -12,12 +13,13 @@ class DeltaHistory {
  public:
   DeltaHistory() : slots_(kDeltaHistory + 1) {
     for (TopologyDelta& d : slots_) {
-      d.removed_links.reserve(256), d.added_links.reserve(256), d.doubled_knots.reserve(64);
-      d.removed_triangles.reserve(256), d.added_triangles.reserve(512), d.added_triangle_layer.reserve(512);
-      d.rebound_vertices.reserve(512);
+      d.removed_links.reserve(kDeltaLinks), d.added_links.reserve(kDeltaLinks);
+      d.doubled_knots.reserve(kDeltaKnots);
+      d.removed_triangles.reserve(kDeltaTriangles), d.added_triangles.reserve(kDeltaTriangles);
+      d.added_triangle_layer.reserve(kDeltaTriangles), d.rebound_vertices.reserve(kDeltaVertices);
       for (Skin* s : {&d.added_skin, &d.rebound_skin}) {
-        s->binding_start.reserve(513), s->binding_knots.reserve(4096), s->binding_weights.reserve(4096);
-        s->texture_coordinates.reserve(512);
+        s->binding_start.reserve(kDeltaVertices + 1), s->texture_coordinates.reserve(kDeltaVertices);
+        s->binding_knots.reserve(kDeltaEntries), s->binding_weights.reserve(kDeltaEntries);
       }
     }
   }

@@ -468,7 +468,8 @@ void NetBody::divide(Context& c, std::size_t object) const {
     divideElements(j);
     openSkin(j);
     changed = !delta.removed_links.empty() || !delta.doubled_knots.empty() ||
-              !delta.added_triangles.empty() || !delta.rebound_vertices.empty();
+              !delta.removed_triangles.empty() || !delta.added_triangles.empty() ||
+              !delta.rebound_vertices.empty();
   }
   if (!changed) return;
   endDelta(c.state, delta);

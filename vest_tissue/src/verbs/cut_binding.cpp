@@ -9,7 +9,9 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using interaction::kFree;
 using interaction::kNone;
+using interaction::kWaits;
 
 constexpr std::uint8_t kHops = 3;  ///< edges within which the knots of a vertex's patch lie
 constexpr std::size_t kMostEntries = 64;
@@ -100,6 +102,7 @@ void bindFreely(const CutJob& j, std::uint32_t v, Binding& out) {
 
 /// Vertices whose binding may have changed: on the cut, or hanging on knots near one that was doubled. A knot
 /// that is whole may lie on the other side, too: the way to it from the vertex led through a doubled one.
+/// And those that wait.
 void collect(CutJob& j, std::size_t old_vertices) {
   const Skin& skin = j.s.topology.skin;
   const auto& doubled = j.delta.doubled_knots;
@@ -109,7 +112,8 @@ void collect(CutJob& j, std::size_t old_vertices) {
   reach(j, j.k.work);
   j.k.order.clear();
   for (std::uint32_t v = 0; v < j.cut.rest.size(); ++v) {
-    bool wanted = v >= old_vertices || j.k.candidate[v] != 0 || (j.cut.free[v] != 0 && j.divided);
+    bool wanted = v >= old_vertices || j.k.candidate[v] != 0 || (j.cut.free[v] & kWaits) != 0 ||
+                  (j.cut.free[v] != 0 && j.divided);
     if (!wanted && j.divided) {
       for (std::uint32_t e = skin.binding_start[v]; e < skin.binding_start[v + 1] && !wanted; ++e)
         wanted = j.k.hops[skin.binding_knots[e]] != 255;
@@ -172,23 +176,30 @@ void bindSkin(CutJob& j, std::size_t old_vertices) {
   std::fill(j.k.new_count.begin(), j.k.new_count.end(), 0u);
   j.k.new_knots.clear(), j.k.new_weights.clear();
   std::uint32_t around = kNone;
-  std::size_t rebound = 0;
+  std::size_t rebound = 0, entries = 0;
   for (const std::uint32_t v : j.k.order) {
     Binding b;
     bool good = false;
-    if (j.cut.free[v] == 0) {
+    if ((j.cut.free[v] & kFree) == 0) {
       if (around != j.cut.lies_on[v]) reach(j, j.s.triangles[around = j.cut.lies_on[v]]);
       good = followVersions(j, v, b);
     }
     if (!good) {
-      j.cut.free[v] = 1;
+      j.cut.free[v] |= kFree;
       b.count = 0;
       bindFreely(j, v, b);
     }
-    const bool is_new = v >= old_vertices;
-    if (!is_new && (unchanged(j, v, b) || rebound == 510)) continue;
-    if (j.k.new_knots.size() + b.count > j.k.new_knots.capacity()) continue;
-    rebound += !is_new;
+    if (v < old_vertices) {  // those of this step have their room (kDoublesPerStep)
+      const bool same = unchanged(j, v, b);
+      if (!same && (rebound == kDeltaVertices || entries + b.count > kDeltaEntries)) {
+        j.cut.free[v] |= kWaits;
+        j.cut.unfinished = true;
+        continue;
+      }
+      j.cut.free[v] = static_cast<std::uint8_t>(j.cut.free[v] & ~kWaits);
+      if (same) continue;
+      ++rebound, entries += b.count;
+    }
     j.k.new_start[v] = static_cast<std::uint32_t>(j.k.new_knots.size());
     j.k.new_count[v] = static_cast<std::uint32_t>(b.count);
     j.k.new_knots.insert(j.k.new_knots.end(), b.knots.begin(), b.knots.begin() + b.count);

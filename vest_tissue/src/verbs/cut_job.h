@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "../scene/delta_room.h"
 #include "../scene/stages.h"
 #include "vest_tissue/scene/topology.h"
 
@@ -91,6 +92,9 @@ bool divideNet(CutJob& j);       ///< cut_net.cpp: doubles knots along the line
 void divideElements(CutJob& j);  ///< cut_elements.cpp: links, hinges, volumes, anchors, parts
 void divideVolumes(CutJob& j);   ///< cut_volume.cpp
 void openSkin(CutJob& j);        ///< cut_skin.cpp
+/// Skin whose contact triangle has torn goes, as much of it as the delta has room for.
+void removeTornSkin(CutJob& j);  ///< cut_skin.cpp
+/// What the delta has no room for waits for the next step.
 void bindSkin(CutJob& j, std::size_t old_vertices);                  ///< cut_binding.cpp
 std::uint32_t acrossOrgan(const CutJob& j, std::uint32_t triangle);  ///< cut_binding.cpp
 

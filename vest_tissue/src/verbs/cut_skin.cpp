@@ -10,9 +10,11 @@ using interaction::CutFace;
 using interaction::CutTrack;
 using interaction::kNone;
 
-constexpr std::size_t kMostAtVertex = 64;     ///< skin triangles around a vertex that are looked at
-constexpr std::size_t kWallsPerStep = 48;     ///< triangles of the inner wall that a step builds (tuned)
-constexpr std::size_t kDoublesPerStep = 440;  ///< vertices that a step adds: the room of a delta
+constexpr std::size_t kMostAtVertex = 64;  ///< skin triangles around a vertex that are looked at
+constexpr std::size_t kWallsPerStep = 48;  ///< triangles of the inner wall that a step builds (tuned)
+/// Vertices that a step adds. Of each the binding has six entries at most: the room of a delta.
+constexpr std::size_t kDoublesPerStep = 440;
+static_assert(kDoublesPerStep <= kDeltaVertices && 6 * kDoublesPerStep <= kDeltaEntries);
 constexpr double kGreatestWallReach = 0.012;  ///< m: how far from the cut the inner wall is built (tuned)
 
 interaction::Vector3Floats toFloats(const Vector3d& v) {
@@ -147,7 +149,7 @@ std::uint32_t addVertex(CutJob& j, std::uint32_t like, const Vector3d& rest, dou
   j.delta.added_skin.texture_coordinates.push_back(uv);
   j.cut.rest.push_back(toFloats(rest));
   j.cut.lies_on.push_back(j.cut.lies_on[like]);
-  j.cut.free.push_back(1);
+  j.cut.free.push_back(interaction::kFree);
   j.cut.outer.push_back(kNone), j.cut.inner.push_back(kNone), j.cut.wall.push_back(kNone);
   return static_cast<std::uint32_t>(j.cut.rest.size() - 1);
 }
@@ -211,7 +213,7 @@ void placeBorder(CutJob& j) {
   const double reach = 1.5 * j.constants.skin_edge;
   for (std::uint32_t v = 0; v < j.cut.rest.size(); ++v) {
     if (j.k.border[v] == 0) continue;
-    j.cut.free[v] = 1;
+    j.cut.free[v] |= interaction::kFree;
     const Vector3d x = toVector(j.cut.rest[v]);
     Vector3d place;
     const CutTrack* const track = nearestTrack(j, x, reach, place);
@@ -224,10 +226,11 @@ void placeBorder(CutJob& j) {
   }
 }
 
-bool roomForTriangles(CutJob& j, std::size_t count) {
-  const bool room = j.s.topology.skin.triangles.size() + count <= j.constants.most_triangles &&
-                    j.delta.added_triangles.size() + count <= 510;
-  return room;
+/// Room for some triangles in place of as many.
+bool roomForTriangles(const CutJob& j, std::size_t count) {
+  return j.s.topology.skin.triangles.size() + count <= j.constants.most_triangles &&
+         j.delta.added_triangles.size() + count <= kDeltaTriangles &&
+         j.delta.removed_triangles.size() + count <= kDeltaTriangles;
 }
 
 std::uint32_t addTriangle(CutJob& j, const std::array<std::uint32_t, 3>& t, std::uint16_t layer,
@@ -454,6 +457,18 @@ void renewPlaces(CutJob& j) {
 
 }  // namespace
 
+void removeTornSkin(CutJob& j) {
+  for (std::uint32_t t = 0; t < j.s.topology.skin.triangles.size(); ++t) {
+    const std::uint32_t home = j.cut.home[t];
+    if (j.s.topology.triangle_alive[t] == 0 || home == kNone || j.s.triangle_alive[home] != 0) continue;
+    if (j.delta.removed_triangles.size() == kDeltaTriangles) {
+      j.cut.unfinished = true;
+      return;
+    }
+    removeTriangle(j, t);
+  }
+}
+
 void openSkin(CutJob& j) {
   Skin& skin = j.s.topology.skin;
   if (skin.triangles.empty() || skin.binding_start.size() < 2) return;
@@ -480,6 +495,7 @@ void openSkin(CutJob& j) {
   if (j.divided) addFaces(j);
   addWalls(j);
   buildFaces(j);
+  removeTornSkin(j);  // what the tear's own delta had no room for
   std::sort(j.delta.removed_triangles.begin(), j.delta.removed_triangles.end());
   bindSkin(j, vertices);
 }

@@ -27,7 +27,7 @@ bool openTornSurface(CutJob& j) {
 }
 
 /// The skin on it goes, too. Vertices that hung on both ends of a torn link hang on what is left on their
-/// side. Where the delta has no room, the next tear takes the rest.
+/// side. Where the delta has no room, the next steps take the rest.
 void openTornSkin(CutJob& j) {
   Skin& skin = j.s.topology.skin;
   if (skin.triangles.empty() || skin.binding_start.size() < 2) return;
@@ -41,19 +41,17 @@ void openTornSkin(CutJob& j) {
   }
   for (std::uint32_t t = 0; t < skin.triangles.size(); ++t) {
     const std::uint32_t home = j.cut.home[t];
-    if (j.s.topology.triangle_alive[t] == 0 || home == kNone) continue;
-    if (j.s.triangle_alive[home] == 0) {
-      if (j.delta.removed_triangles.size() == j.delta.removed_triangles.capacity()) continue;
-      j.s.topology.triangle_alive[t] = 0;
-      j.delta.removed_triangles.push_back(t);
-      continue;
+    if (j.s.topology.triangle_alive[t] == 0 || home == kNone || j.s.triangle_alive[home] == 0) continue;
+    for (const std::uint32_t v : skin.triangles[t]) {
+      if (j.k.candidate[v] != 2) continue;
+      j.k.candidate[v] = 1, j.cut.lies_on[v] = home, j.cut.free[v] |= interaction::kFree;
     }
-    for (const std::uint32_t v : skin.triangles[t])
-      if (j.k.candidate[v] == 2) j.k.candidate[v] = 1, j.cut.lies_on[v] = home, j.cut.free[v] = 1;
   }
+  removeTornSkin(j);
   // What was bound to a place before may have hung on what is another piece now.
   for (std::size_t v = 0; v < vertices; ++v)
-    if (j.k.candidate[v] != 1) j.k.candidate[v] = j.cut.free[v] != 0 && j.k.candidate[v] == 0 ? 1 : 0;
+    if (j.k.candidate[v] != 1)
+      j.k.candidate[v] = (j.cut.free[v] & interaction::kFree) != 0 && j.k.candidate[v] == 0 ? 1 : 0;
   bindSkin(j, vertices);
 }
 
@@ -68,8 +66,7 @@ void tear(Context& c, std::size_t object) {
   TopologyDelta& delta = c.deltas->next();
   beginDelta(c.state, static_cast<std::uint16_t>(object), delta);
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0;
-       i < s.topology.links.size() && delta.removed_links.size() < delta.removed_links.capacity(); ++i) {
+  for (std::size_t i = 0; i < s.topology.links.size() && delta.removed_links.size() < kDeltaLinks; ++i) {
     if (!s.topology.link_alive[i] || s.places[i].kind != LinkKind::Elastic) continue;
     const net::KernelLink& l = s.links[s.places[i].index].values;
     const float dx = x[l.knot1] - x[l.knot0], dy = y[l.knot1] - y[l.knot0], dz = z[l.knot1] - z[l.knot0];
@@ -90,8 +87,8 @@ void tear(Context& c, std::size_t object) {
   if (j.constants.possible) {
     const std::uint32_t before = j.cut.parts;
     renewVersions(j);
-    renewIncident(j);
     const bool opened = openTornSurface(j);
+    renewIncident(j);
     divideElements(j);
     if (opened || j.cut.parts > before) openTornSkin(j);
     parted = j.cut.parts - before;

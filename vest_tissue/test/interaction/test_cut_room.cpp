@@ -119,6 +119,38 @@ specimen::BarOptions slim() {
   return o;
 }
 
+TEST(CutRoom, AFineSkinOpensWithoutAGapHoweverMuchOfItAStepBindsAnew) {
+  const Vector3d tip(0.001, 0.0095, 0.05);
+  for (const int n : {6, 10, 14}) {
+    SCOPED_TRACE(testing::Message() << n << " parts of an edge");
+    scene::Object bar = specimen::bar(slim());
+    coverFinely(bar, n);
+    Theatre t(scene(std::move(bar)));
+    t.worst = scene::Status::Ok;  // nothing is left out
+    std::vector<std::uint8_t> waiting;
+    int from = 0;
+    for (int i = 0; i < Theatre::kCut; ++i) {
+      t.blades(tip, i), t.step();
+      if (!waiting.empty() || !t.world.state().objects[0].cut.unfinished) continue;
+      t.world.save(waiting), from = i + 1;
+    }
+    EXPECT_EQ(waiting.empty(), n < 10) << "the scene shows nothing";
+    t.steps(40);
+    std::vector<std::uint32_t> part;
+    EXPECT_EQ(t.pieces(part), 2u);
+    EXPECT_EQ(verticesAcross(t, part), 0u);
+    EXPECT_LE(t.most_rebound, 512u);
+    EXPECT_LE(t.most_entries, 4096u);
+    EXPECT_LE(t.most_removed, 512u);
+    if (waiting.empty()) continue;
+    Theatre again(t.world.description());
+    again.world.restore(waiting);
+    for (int i = from; i < Theatre::kCut; ++i) again.blades(tip, i), again.step();
+    again.steps(40);
+    EXPECT_EQ(again.world.stateHash(), t.world.stateHash());
+  }
+}
+
 /// A sheet of knots in the plane z = 0.05, its ends held. The link from row 2 to row 3 of its middle column
 /// is far too short: it tears at once, and takes the surface on both its sides.
 scene::Object sheetThatTears(int n) {
@@ -177,6 +209,20 @@ TEST(CutRoom, ACutIntoATornHoleDividesTheKnotAtItsEdge) {
   std::vector<std::uint32_t> part;
   EXPECT_EQ(t.pieces(part), 2u);
   EXPECT_EQ(verticesAcross(t, part), 0u);
+}
+
+TEST(CutRoom, OfAFineSkinNothingIsLeftOverATear) {
+  Theatre t(scene(sheetThatTears(20)));
+  t.steps(6);
+  ASSERT_EQ(t.count(scene::EventKind::Torn), 1u);
+  const auto& s = t.world.state().objects[0];
+  int gone = 0;
+  for (std::size_t i = 0; i < s.cut.home.size(); ++i) {
+    gone += s.topology.triangle_alive[i] == 0;
+    ASSERT_TRUE(s.topology.triangle_alive[i] == 0 || s.triangle_alive[s.cut.home[i]] != 0) << i;
+  }
+  EXPECT_EQ(gone, 800);
+  EXPECT_LE(t.most_removed, 512u);
 }
 
 }  // namespace

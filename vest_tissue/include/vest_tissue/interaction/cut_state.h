@@ -55,8 +55,7 @@ struct CutState {
   std::vector<std::uint8_t> open;   ///< per skin triangle: bit per edge that has had no neighbour ever
   std::vector<std::uint32_t> lies_on;  ///< per skin vertex: contact triangle that it hangs on after a cut
   std::vector<Vector3Floats> rest;     ///< per skin vertex, m: where it is at rest
-  std::vector<std::uint8_t>
-      free;  ///< per skin vertex, 1: bound by `rest` and `lies_on`, not as the scene says
+  std::vector<std::uint8_t> free;      ///< per skin vertex: kFree, kWaits
   std::vector<std::uint32_t> outer, inner, wall;  ///< per skin vertex: its doubles in cut face and inner wall
   std::vector<CutFace> faces;
   std::uint32_t parts = 1;         ///< connected pieces
@@ -64,10 +63,12 @@ struct CutState {
   double energy = 0.0;             ///< J
   std::vector<net::Volume> spare;  ///< room for the volumes of parts, empty; not hashed
   bool opened = false;             ///< the enclosed volume leaks: no pressure any more
-  bool unfinished = false;         ///< inner wall still to be built
+  bool unfinished = false;         ///< inner wall still to be built, or skin to be bound or taken away
   bool exhausted = false;          ///< no room for more: the cut stays incomplete (degraded)
 };
 inline constexpr std::uint32_t kNone = 0xffffffffu;
+inline constexpr std::uint8_t kFree = 1;   ///< bound by `rest` and `lies_on`, not as the scene says
+inline constexpr std::uint8_t kWaits = 2;  ///< for its binding: the delta had no room, the next step has
 
 /// Per instrument.
 struct CuttingTool {
