@@ -466,6 +466,7 @@ void NetBody::divide(Context& c, std::size_t object) const {
   }
   if (changed || j.cut.unfinished) {
     divideElements(j);
+    j.parted = j.cut.parts > parts;
     openSkin(j);
     changed = !delta.removed_links.empty() || !delta.doubled_knots.empty() ||
               !delta.removed_triangles.empty() || !delta.added_triangles.empty() ||

@@ -100,9 +100,18 @@ void bindFreely(const CutJob& j, std::uint32_t v, Binding& out) {
   for (const std::uint32_t knot : j.s.triangles[other]) out.add(knot, -third);
 }
 
+/// Hangs on knots of two pieces.
+bool onTwoPieces(const CutJob& j, std::uint32_t v) {
+  const Skin& skin = j.s.topology.skin;
+  const std::uint32_t first = skin.binding_start[v];
+  for (std::uint32_t e = first; e < skin.binding_start[v + 1]; ++e)
+    if (j.k.part[skin.binding_knots[e]] != j.k.part[skin.binding_knots[first]]) return true;
+  return false;
+}
+
 /// Vertices whose binding may have changed: on the cut, or hanging on knots near one that was doubled. A knot
 /// that is whole may lie on the other side, too: the way to it from the vertex led through a doubled one.
-/// And those that wait.
+/// Where a cord was all that held two pieces together, no knot is doubled. And those that wait.
 void collect(CutJob& j, std::size_t old_vertices) {
   const Skin& skin = j.s.topology.skin;
   const auto& doubled = j.delta.doubled_knots;
@@ -113,7 +122,7 @@ void collect(CutJob& j, std::size_t old_vertices) {
   j.k.order.clear();
   for (std::uint32_t v = 0; v < j.cut.rest.size(); ++v) {
     bool wanted = v >= old_vertices || j.k.candidate[v] != 0 || (j.cut.free[v] & kWaits) != 0 ||
-                  (j.cut.free[v] != 0 && j.divided);
+                  (j.cut.free[v] != 0 && j.divided) || (j.parted && onTwoPieces(j, v));
     if (!wanted && j.divided) {
       for (std::uint32_t e = skin.binding_start[v]; e < skin.binding_start[v + 1] && !wanted; ++e)
         wanted = j.k.hops[skin.binding_knots[e]] != 255;

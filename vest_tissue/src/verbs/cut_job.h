@@ -26,6 +26,7 @@ struct CutJob {
   const interaction::CutConstants& constants;
   TopologyDelta& delta;
   bool divided = false;  ///< a knot was doubled in this step
+  bool parted = false;   ///< there are more pieces than before it
 
   CutJob(Context& context, std::size_t index, TopologyDelta& to)
       : c(context),

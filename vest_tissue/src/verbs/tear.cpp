@@ -90,7 +90,8 @@ void tear(Context& c, std::size_t object) {
     const bool opened = openTornSurface(j);
     renewIncident(j);
     divideElements(j);
-    if (opened || j.cut.parts > before) openTornSkin(j);
+    j.parted = j.cut.parts > before;
+    if (opened || j.parted) openTornSkin(j);
     parted = j.cut.parts - before;
   }
   endDelta(c.state, delta);

@@ -225,4 +225,40 @@ TEST(CutRoom, OfAFineSkinNothingIsLeftOverATear) {
   EXPECT_LE(t.most_removed, 512u);
 }
 
+// A cord over the cut keeps both halves one piece. Their lips may hang on what lies across the organ; once
+// the cord is cut, that is the other piece.
+TEST(CutRoom, SkinOfTwoHalvesThatACordHeldTogetherHangsOnItsOwnOnceTheCordIsCut) {
+  for (const double slant : {0.0, 0.8, -0.8}) {
+    SCOPED_TRACE(testing::Message() << "slant " << slant);
+    specimen::BarOptions o = slim();
+    o.columns = 11, o.thickness = 0.004;  // m
+    scene::Object bar = specimen::bar(o);
+    coverFinely(bar, 4);
+    const auto apex = static_cast<Index>(bar.position.size());
+    bar.position.push_back(Vector3d(0, 0, 0.075));
+    bar.rest_position.push_back(bar.position.back());
+    bar.mass.push_back(bar.mass[0]), bar.damping.push_back(bar.damping[0]), bar.fixed.push_back(false);
+    for (const int column : {1, 9}) {
+      scene::Link l;
+      l.knot0 = static_cast<Index>(33 + 11 + column), l.knot1 = apex;
+      l.rest = (bar.position[l.knot0] - bar.position[apex]).norm();
+      l.area = 1e-6, l.damping = 0.01;
+      bar.links.push_back(l);
+    }
+    Theatre t(scene(std::move(bar)));
+    t.cut(Vector3d(0.001, 0.005, 0.05), slant);
+    t.away();
+    t.steps(40);
+    std::vector<std::uint32_t> part;
+    ASSERT_EQ(t.pieces(part), 1u) << "the cord";
+    ASSERT_EQ(t.count(scene::EventKind::Separated), 0u);
+    t.cut(Vector3d(0.006, 0.005, 0.064));
+    t.away();
+    t.steps(40);
+    ASSERT_EQ(t.pieces(part), 2u);
+    EXPECT_EQ(t.count(scene::EventKind::Separated), 1u);
+    EXPECT_EQ(verticesAcross(t, part), 0u);
+  }
+}
+
 }  // namespace
