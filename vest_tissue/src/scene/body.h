@@ -33,9 +33,16 @@ class Body {
   virtual bool fastens() const { return true; }
   /// Cut, clipped or denatured it is no longer what it was built as.
   virtual void change(ObjectState&) const {}
-  /// Before a step's batches: what it answers to held forces.
-  /// @return m/N: greatest answer of what has no inertia; else 0
-  virtual double soften(Context&, std::size_t /*object*/) const { return 0.0; }
+  /// Before a step's batches: what its knots answer to held forces.
+  virtual void soften(Context&, std::size_t /*object*/) const {}
+  /// m/N: greatest answer of what has no inertia to forces of length 1, whatever knots these hold; else 0.
+  virtual double softest(Context&, std::size_t /*object*/) const { return 0.0; }
+  /// m/N: what knot a of it does by a force on knot b. Of knots in equilibrium, where
+  /// ObjectScratch::answered.
+  virtual Eigen::Matrix3d answer(const Context&, std::size_t /*object*/, std::uint32_t /*a*/,
+                                 std::uint32_t /*b*/) const {
+    return Eigen::Matrix3d::Zero();
+  }
   /// A knot gains velocity, m/s.
   virtual void accelerate(ObjectState& s, std::uint32_t knot, const Eigen::Vector3d& gain) const;
 
@@ -142,7 +149,9 @@ class ElastostaticBody : public ElementsBody {
   int turn() const override { return 0; }
   bool hasInertia() const override { return false; }
   void change(ObjectState&) const override;
-  double soften(Context&, std::size_t object) const override;
+  void soften(Context&, std::size_t object) const override;
+  double softest(Context&, std::size_t object) const override;
+  Eigen::Matrix3d answer(const Context&, std::size_t object, std::uint32_t a, std::uint32_t b) const override;
   void accelerate(ObjectState& s, std::uint32_t knot, const Eigen::Vector3d& gain) const override {
     if (s.tissue.factored) s.tissue.v[knot] += gain;  // what is in equilibrium forgets it
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/LU>
+
 #include "body.h"
 #include "connection_kernel.h"
 #include "vest_tissue/scene/topology.h"
@@ -270,12 +272,97 @@ void kernel::pull(ConnectionLanes& lanes, net::KernelLevel level) {
   pullBaseline(lanes);
 }
 
-bool FourConnections::takes(const ConnectionState& s) const {
+namespace {
+
+/// m/N: how the place of an anchor answers to a force at it, where its knots are in equilibrium; else zero.
+Eigen::Matrix3d answerOf(Context& c, const net::Anchor& a) {
+  using Eigen::Matrix3d;
+  const Body& body = c.body(a.object);
+  const ObjectScratch& o = c.scratch.objects[a.object];
+  if (body.hasInertia() || !still(c.state.objects[a.object], o, a.knots[0])) return Matrix3d::Zero();
+  const Corners corners = cornersOf(c.state, a, 0.0);
+  const Face face = faceOf(corners, a);
+  std::array<std::array<Vector3d, 4>, 3> forces;  // on the knots, of each unit force
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    auto& on = forces[static_cast<std::size_t>(axis)];
+    on.fill(Vector3d::Zero());
+    share(a, face, Vector3d::Unit(axis), on);
+  }
+  Matrix3d sum = Matrix3d::Zero();
+  if (!o.answered) {  // by the softest answer of the whole object
+    double squares = 0.0;
+    for (const auto& on : forces)
+      for (const Vector3d& force : on) squares += force.squaredNorm();
+    return squares * body.softest(c, a.object) * Matrix3d::Identity();
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (corners.inverse_mass[i] == 0.0 || corners.inverse_mass[k] == 0.0) continue;
+      const Matrix3d answer = body.answer(c, a.object, a.knots[i], a.knots[k]);
+      for (std::size_t p = 0; p < 3; ++p)
+        for (std::size_t q = 0; q < 3; ++q)
+          sum(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(q)) +=
+              forces[p][i].dot(answer * forces[q][k]);
+    }
+  }
+  return 0.5 * (sum + sum.transpose());
+}
+
+/// A bound of the greatest eigenvalue of a symmetric matrix.
+double sizeOf(const Eigen::Matrix3d& m) {
+  return m.cwiseAbs().rowwise().sum().maxCoeff();
+}
+
+}  // namespace
+
+void softenConnections(Context& c) {
+  if (std::all_of(c.model.bodies.begin(), c.model.bodies.end(),
+                  [&](std::size_t object) { return c.body(object).hasInertia(); }))
+    return;
+  for (ObjectScratch& o : c.scratch.objects) o.answers = o.greatest_answer = 0.0, o.answering = 0;
+  const auto eachEnd = [&](auto work) {
+    for (std::size_t n = 0; n < c.state.connections.size(); ++n) {
+      const ConnectionState& s = c.state.connections[n];
+      ConnectionForce& f = c.scratch.connection_force[n];
+      for (std::size_t end = 0; s.alive && end < 2; ++end)
+        work(f, end == 0 ? s.end0 : s.end1, f.softness[end]);
+    }
+  };
+  eachEnd([&](ConnectionForce& f, const net::Anchor& a, Eigen::Matrix3d& softness) {
+    if (&softness == &f.softness[0]) f.soft = false;
+    softness.setZero();
+    if (!c.model.objects[a.object].deforms) return;
+    softness = answerOf(c, a);
+    const double root = std::sqrt(sizeOf(softness));
+    if (root == 0.0) return;
+    f.soft = true;
+    ObjectScratch& o = c.scratch.objects[a.object];
+    o.answers += root, ++o.answering;
+    o.greatest_answer = std::max(o.greatest_answer, root);
+  });
+  // The answers of all ends to all forces are a positive matrix. It is no greater than that of each end's own
+  // answer alone, over a share of it, if the shares sum to one. Where many hold an object its softest answer
+  // is the better bound.
+  eachEnd([&](ConnectionForce&, const net::Anchor& a, Eigen::Matrix3d& softness) {
+    const double root = std::sqrt(sizeOf(softness));
+    const ObjectScratch& o = c.scratch.objects[a.object];
+    if (root == 0.0 || o.answering < 2) return;
+    const double whole =
+        std::max(o.greatest_answer * o.greatest_answer, c.body(a.object).softest(c, a.object));
+    if (o.greatest_answer * o.answers > whole)
+      softness = whole * Eigen::Matrix3d::Identity();
+    else
+      softness *= o.answers / root;
+  });
+}
+
+bool FourConnections::takes(std::size_t n) const {
+  const ConnectionState& s = c_.state.connections[n];
   const auto &knot = s.end0.knots, &face = s.end1.knots;
   const auto& w = s.end0.weights;
   return knot[0] == knot[1] && w[0] == 1.0 && w[1] == 0.0 && w[2] == 0.0 && w[3] == 0.0 &&
          s.end1.weights[3] == 0.0 && face[0] != face[1] && face[1] != face[2] && face[0] != face[2] &&
-         c_.scratch.objects[s.end0.object].softness + c_.scratch.objects[s.end1.object].softness == 0.0;
+         !c_.scratch.connection_force[n].soft;
 }
 
 void FourConnections::add(std::size_t n, double h) {
@@ -351,16 +438,13 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
                      std::min(1.0, kLighter * built / (own + inverseMass(corners1, f.damper, face, edges)));
     f.spring = (soft1 * k.stiffness) * off;
     f.damping = (soft2 * k.damping) * rate;
-    // An elastostatic end follows at once, without inertia: the force goes over to its new value no faster
-    // than the softest answer allows.
-    const auto softAt = [&](const net::Anchor& a) {
-      const ObjectScratch& o = c.scratch.objects[a.object];
-      return o.softness > 0.0 && still(c.state.objects[a.object], o, a.knots[0]) ? o.softness : 0.0;
-    };
-    const double soft = softAt(s.end0) + softAt(s.end1);
-    if (soft > 0.0) {
+    // An elastostatic end follows at once, without inertia: the force goes over to its new value as the end
+    // and what else holds its object will answer. Slower, it would drive what hangs on it.
+    if (f.soft) {
       const Vector3d held = s.force;
-      f.spring = held + (k.stiffness * off - held) / (1.0 + k.stiffness * soft);
+      const Eigen::Matrix3d slower =
+          Eigen::Matrix3d::Identity() + k.stiffness * (f.softness[0] + f.softness[1]);
+      f.spring = held + slower.inverse() * (k.stiffness * off - held);
       f.damping.setZero();
       s.force = f.spring;
     }

@@ -17,6 +17,8 @@ Eigen::Vector3d stretchOf(const WorldState& state, const ConnectionState& s, con
 /// is a strand. False: there is no face.
 bool carryOffset(const WorldState& state, ConnectionState& s, const Eigen::Vector3d& offset,
                  ConnectionConstants& k);
+/// Before a step's batches, after Body::soften(): ConnectionForce::softness of each connection.
+void softenConnections(Context& c);
 /// What connection n does to the knots of both ends in a batch of `h` s (ConnectionForce::knots); where
 /// `renew` its forces are found anew, else as they were. Changes nothing else: any thread.
 void pullTogether(Context& c, std::size_t n, double h, bool renew);
@@ -25,7 +27,7 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew);
 class FourConnections {
  public:
   explicit FourConnections(Context& c) : c_(c) {}
-  bool takes(const ConnectionState& s) const;
+  bool takes(std::size_t n) const;
   void add(std::size_t n, double h);
   void finish() {
     if (count_ > 0) pull();

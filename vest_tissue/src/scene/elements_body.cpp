@@ -315,12 +315,15 @@ void ElastostaticBody::change(ObjectState& s) const {
 
 namespace {
 
-/// Free knots that held forces act on in this step.
-void gatherHeld(const Context& c, std::size_t object, std::vector<fem::Index>& out) {
+/// Free knots that held forces act on in this step. False: no room for all.
+bool gatherHeld(const Context& c, std::size_t object, std::vector<fem::Index>& out) {
   const ObjectState& s = c.state.objects[object];
   out.clear();
+  bool all = true;
   const auto take = [&](std::uint32_t k) {
-    if (!s.fixed[k] && out.size() < out.capacity()) out.push_back(k);
+    if (s.fixed[k]) return;
+    all = all && out.size() < out.capacity();
+    if (all) out.push_back(k);
   };
   for (const contact::PlaneContact& p : c.scratch.objects[object].planes) take(p.knot);
   for (const OrganContact& r : c.scratch.organ_contacts)
@@ -330,32 +333,62 @@ void gatherHeld(const Context& c, std::size_t object, std::vector<fem::Index>& o
   for (const ConnectionState& s2 : c.state.connections)
     for (const net::Anchor* a : {&s2.end0, &s2.end1})
       for (std::size_t i = 0; s2.alive && a->object == object && i < 4; ++i) take(a->knots[i]);
+  return all;
 }
 
 }  // namespace
 
 /// A flap is softer than what it was part of: springs on it are the weaker.
-double ElastostaticBody::soften(Context& c, std::size_t object) const {
+void ElastostaticBody::soften(Context& c, std::size_t object) const {
   ObjectState& s = c.state.objects[object];
   ObjectScratch& o = c.scratch.objects[object];
   const fem::TissueModel& tissue = *c.model.objects[object].fem;
-  if (!s.tissue.factored) return tissue.softest;
+  o.answered = true;
+  if (!s.tissue.factored) return;
   fem::CutFactor& factor = *o.tissue.cut;
   const bool usable = factor.renew(tissue, s.tissue), renewed = o.softened != factor.made();
   float* const inverse = s.block.row(Block::kInverseMass);
   for (std::size_t k = 0; renewed && k < s.tissue.x.size(); ++k)
     if (!s.fixed[k] && !still(s, o, k)) inverse[k] = static_cast<float>(1.0 / s.tissue.mass[k]);
   o.softened = factor.made();
-  const double softest = !renewed ? o.softness : usable ? factor.softest(tissue, s.tissue) : 0.0;
-  if (!usable) return softest;
-  gatherHeld(c, object, o.cut_knots);
+  if (!usable) return;
+  const bool all = gatherHeld(c, object, o.cut_knots);
   const bool found = factor.touch(o.cut_knots.data(), o.cut_knots.size());
+  o.answered = all && found;
   for (const fem::Index k : o.cut_knots) {
     if (!still(s, o, k)) continue;
-    const double soft = found ? tissue.step * tissue.step * factor.answer(k, k).trace() : 3.0 * softest;
+    const double soft =
+        found ? tissue.step * tissue.step * factor.answer(k, k).trace() : 3.0 * softest(c, object);
     inverse[k] = static_cast<float>(inverseMassOf(soft, tissue.step));
   }
-  return softest;
+}
+
+/// Of a cut mesh a dozen solves: found where it is asked for, once for each mesh.
+double ElastostaticBody::softest(Context& c, std::size_t object) const {
+  const ObjectState& s = c.state.objects[object];
+  ObjectScratch& o = c.scratch.objects[object];
+  const fem::TissueModel& tissue = *c.model.objects[object].fem;
+  const double softer = 1.0 / s.tissue.stiffness_scale;
+  if (!s.tissue.factored) return softer * tissue.softest;
+  fem::CutFactor& factor = *o.tissue.cut;
+  const bool usable = factor.renew(tissue, s.tissue);
+  if (std::exchange(o.softest_of, factor.made()) != factor.made())
+    o.softest = usable ? factor.softest(tissue, s.tissue) : 0.0;
+  return softer * o.softest;
+}
+
+Eigen::Matrix3d ElastostaticBody::answer(const Context& c, std::size_t object, std::uint32_t a,
+                                         std::uint32_t b) const {
+  const ObjectState& s = c.state.objects[object];
+  const fem::TissueModel& tissue = *c.model.objects[object].fem;
+  const double softer = 1.0 / s.tissue.stiffness_scale;
+  if (s.tissue.factored)
+    return (softer * tissue.step * tissue.step) * c.scratch.objects[object].tissue.cut->answer(a, b);
+  const std::int32_t i = tissue.answer_number[a], k = tissue.answer_number[b];
+  if (i < 0 || k < 0) return Eigen::Matrix3d::Zero();
+  if (tissue.condensed())
+    return softer * tissue.compliance.block(static_cast<std::size_t>(i), static_cast<std::size_t>(k));
+  return softer * tissue.answer.block<3, 3>(3 * i, 3 * k);
 }
 
 bool still(const ObjectState& s, const ObjectScratch& o, std::size_t knot) {

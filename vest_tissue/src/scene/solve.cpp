@@ -189,7 +189,7 @@ void findForces(Context& c, const Batches& batches, int batch, std::size_t chunk
                               moves1 ? c.state.objects[s.end1.object].batches : 1 << 20);
     const double h = c.dt / (slow * c.stretch);
     const bool renew = (due0 || !moves0) && (due1 || !moves1);
-    if (renew && four.takes(s))
+    if (renew && four.takes(n))
       four.add(n, h);
     else
       pullTogether(c, n, h, renew);
@@ -287,8 +287,9 @@ void solve(Context& c) {
     o.heat = 0.0;
     o.faulty = o.begun = o.joined = false;
     o.sub_step = c.dt / (c.stretch * static_cast<double>(c.body(i).stepsOf(s)));
-    o.softness = c.body(i).soften(c, i);
+    c.body(i).soften(c, i);
   }
+  softenConnections(c);
   gatherSlings(c);
   // Each object adds up what others do to it just before it moves, where nothing else is held in between.
   for (const auto& clip : c.state.fasteners.clips)

@@ -163,18 +163,25 @@ struct alignas(64) ObjectScratch {
   bool between = false;     ///< the jaws or blades of the tool that is looked at
   bool search_due = false;  ///< for pairs with others, in this step
   bool over_budget = false;
-  float moved = 0.0f;          ///< m: the furthest that a knot went in this step
-  bool begun = false;          ///< its next batch
-  bool joined = false;         ///< part of a clip that holds several objects
-  double sub_step = 0.0;       ///< s: between two moments at which it takes forces
-  double softness = 0.0;       ///< m/N: Body::soften()
-  std::uint64_t softened = 0;  ///< elastostatic: fem::CutFactor::made() that it is of
+  float moved = 0.0f;                          ///< m: the furthest that a knot went in this step
+  bool begun = false;                          ///< its next batch
+  bool joined = false;                         ///< part of a clip that holds several objects
+  double sub_step = 0.0;                       ///< s: between two moments at which it takes forces
+  double softest = 0.0;                        ///< m/N: Body::softest() of a cut mesh
+  std::uint64_t softened = 0, softest_of = 0;  ///< fem::CutFactor::made() that its masses are of; and that
+  bool answered = true;  ///< elastostatic: Body::answer() of all knots that held forces act on
+  /// sqrt(m/N): sum and greatest of what ends of connections answer that it holds in equilibrium.
+  double answers = 0.0, greatest_answer = 0.0;
+  int answering = 0;                                                                      ///< these ends
   std::uint32_t first_contact = OrganContact::kNone, last_contact = OrganContact::kNone;  ///< organ_contacts
 };
 
 /// Held forces of a connection on its end 0, N, and what carries the other end of its damper.
 struct ConnectionForce {
   Eigen::Vector3d spring = Eigen::Vector3d::Zero(), damping = Eigen::Vector3d::Zero();
+  bool soft = false;  ///< an end is in equilibrium
+  /// m/N: how each end that is in equilibrium answers, others that hold its object included; else zero.
+  std::array<Eigen::Matrix3d, 2> softness{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
   net::Anchor damper;
   /// N: what this exchange does to the knots of each end.
   std::array<std::array<std::array<float, 3>, 4>, 2> knots{};
