@@ -274,12 +274,17 @@ void kernel::pull(ConnectionLanes& lanes, net::KernelLevel level) {
 
 namespace {
 
+bool inEquilibrium(const Context& c, const net::Anchor& a) {
+  return c.model.objects[a.object].deforms && !c.body(a.object).hasInertia() &&
+         still(c.state.objects[a.object], c.scratch.objects[a.object], a.knots[0]);
+}
+
 /// m/N: how the place of an anchor answers to a force at it, where its knots are in equilibrium; else zero.
 Eigen::Matrix3d answerOf(Context& c, const net::Anchor& a) {
   using Eigen::Matrix3d;
+  if (!inEquilibrium(c, a)) return Matrix3d::Zero();
   const Body& body = c.body(a.object);
   const ObjectScratch& o = c.scratch.objects[a.object];
-  if (body.hasInertia() || !still(c.state.objects[a.object], o, a.knots[0])) return Matrix3d::Zero();
   const Corners corners = cornersOf(c.state, a, 0.0);
   const Face face = faceOf(corners, a);
   std::array<std::array<Vector3d, 4>, 3> forces;  // on the knots, of each unit force
@@ -330,8 +335,6 @@ void softenConnections(Context& c) {
   };
   eachEnd([&](ConnectionForce& f, const net::Anchor& a, Eigen::Matrix3d& softness) {
     if (&softness == &f.softness[0]) f.soft = false;
-    softness.setZero();
-    if (!c.model.objects[a.object].deforms) return;
     softness = answerOf(c, a);
     const double root = std::sqrt(sizeOf(softness));
     if (root == 0.0) return;
@@ -355,6 +358,27 @@ void softenConnections(Context& c) {
       softness *= o.answers / root;
   });
 }
+
+namespace {
+
+/// N: the spring of a connection with an end in equilibrium, which follows at once, without inertia. The
+/// force goes over to its new value as the end and what else holds its object will answer. Where others do,
+/// that is a bound, and the force late. What an end with inertia moves by then acts at once, not late: a
+/// spring that lags drives what hangs on it.
+/// @param off m: its stretch @param next m: by how much the ends with inertia stretch it in this exchange
+Vector3d springOf(const Context& c, std::size_t n, const Vector3d& off, const Vector3d& next) {
+  using Eigen::Matrix3d;
+  const ConnectionState& s = c.state.connections[n];
+  const ConnectionForce& f = c.scratch.connection_force[n];
+  const double k = c.model.connections[n].stiffness;
+  Matrix3d late = Matrix3d::Zero();
+  for (std::size_t end = 0; end < 2; ++end)
+    if (c.scratch.objects[(end == 0 ? s.end0 : s.end1).object].answering > 1) late += k * f.softness[end];
+  const Matrix3d slower = Matrix3d::Identity() + k * (f.softness[0] + f.softness[1]);
+  return s.force + slower.inverse() * (k * off - s.force + late * (k * next));
+}
+
+}  // namespace
 
 bool FourConnections::takes(std::size_t n) const {
   const ConnectionState& s = c_.state.connections[n];
@@ -425,7 +449,7 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
   if (renew) {
     const Corners corners0 = cornersOf(c.state, s.end0, ahead0);
     const Vector3d place0 = placeOf(corners0, s.end0, faceOf(corners0, s.end0));
-    const Vector3d off = stretchOf(placeOf(corners1, s.end1, face) - place0, k.strand);
+    const Vector3d way = placeOf(corners1, s.end1, face) - place0, off = stretchOf(way, k.strand);
     // The damper sits at end 0 and its other end is carried by the face there: a stretched connection that
     // only turns is not damped, and no torque is left.
     f.damper = s.end1;
@@ -438,15 +462,13 @@ void pullTogether(Context& c, std::size_t n, double h, bool renew) {
                      std::min(1.0, kLighter * built / (own + inverseMass(corners1, f.damper, face, edges)));
     f.spring = (soft1 * k.stiffness) * off;
     f.damping = (soft2 * k.damping) * rate;
-    // An elastostatic end follows at once, without inertia: the force goes over to its new value as the end
-    // and what else holds its object will answer. Slower, it would drive what hangs on it.
     if (f.soft) {
-      const Vector3d held = s.force;
-      const Eigen::Matrix3d slower =
-          Eigen::Matrix3d::Identity() + k.stiffness * (f.softness[0] + f.softness[1]);
-      f.spring = held + slower.inverse() * (k.stiffness * off - held);
+      Vector3d moves = Vector3d::Zero();
+      if (!inEquilibrium(c, s.end0)) moves -= velocityOf(corners0, s.end0, Face{});
+      if (!inEquilibrium(c, s.end1)) moves += velocityOf(corners1, s.end1, face);
+      const Vector3d next = stretchOf(way + h * moves, k.strand);
+      f.spring = s.force = springOf(c, n, off, next - off);
       f.damping.setZero();
-      s.force = f.spring;
     }
     const double force2 = (f.spring + f.damping).squaredNorm();
     if (k.break_force > 0.0 && force2 > k.break_force * k.break_force) {

@@ -305,31 +305,41 @@ TEST(FemInWorld, IsConnectedToANet) {
   }
 }
 
-TEST(FemInWorld, AnUndampedNetOnAnElastostaticObjectIsNotSwungUp) {
-  // A spring that follows late drives what it holds. It followed by the softest answer of the whole object:
-  // with 10 N/m the tube was a FAULT in step 2096.
-  for (const double stiffness : {1.0, 10.0, 50.0}) {
-    vest::specimen::TubeOptions o;
-    o.centre = Vector3d(0, 0, 0.025), o.mass = 0.001, o.damping = 0.0, o.knot_damping = 0.0;
-    o.rings = 6, o.length = 0.04;
-    SlabOptions p;
-    p.motion = Motion::Elastostatic;
-    scene::Description s = sceneOf({vest::specimen::tube(o), object(slab(p))});
+/// An undamped tube over an elastostatic slab, some of its knots held where they are over the slab.
+scene::Description lightTubeOn(int connections, double stiffness) {
+  vest::specimen::TubeOptions o;
+  o.centre = Vector3d(0, 0, 0.025), o.mass = 0.001, o.damping = 0.0, o.knot_damping = 0.0;
+  o.rings = 6, o.length = 0.04;
+  SlabOptions p;
+  p.motion = Motion::Elastostatic;
+  scene::Description s = sceneOf({vest::specimen::tube(o), object(slab(p))});
+  for (int n = 0; n < connections; ++n) {
     scene::Connection c;
     c.object0 = "tube", c.object1 = "slab";
-    c.knot0 = 16, c.stiffness = stiffness, c.damping = 0.0;
+    c.knot0 = static_cast<scene::Index>(8 + 3 * n % 32), c.stiffness = stiffness, c.damping = 0.0;
+    const Vector3d at = s.objects[0].position[c.knot0];
     double least = 1.0;
     for (const auto& t : s.objects[1].contact_triangles) {
       Vector3d middle = Vector3d::Zero();
       for (const auto k : t) middle += s.objects[1].position[k] / 3;
-      if (middle.z() < 0.0119 || middle.head<2>().norm() > least) continue;
-      least = middle.head<2>().norm(), c.triangle1 = t;
-      c.offset = s.objects[0].position[c.knot0] - middle;
+      const double far = (middle - at).head<2>().norm();
+      if (middle.z() < 0.0119 || far > least) continue;
+      least = far, c.triangle1 = t, c.offset = at - middle;
     }
     c.weights1 = {1.0 / 3, 1.0 / 3, 1.0 / 3};
     s.connections.push_back(c);
-    s.gravity.setZero();
-    scene::World w(s);
+  }
+  s.gravity.setZero();
+  return s;
+}
+
+TEST(FemInWorld, AnUndampedNetOnAnElastostaticObjectIsNotSwungUp) {
+  // A spring that follows late drives what it holds. It followed by the softest answer of the whole object:
+  // with one of 10 N/m the tube was a FAULT in step 2096.
+  for (const auto& [connections, stiffness] :
+       {std::pair{1, 1.0}, {1, 10.0}, {1, 50.0}, {2, 2.0}, {4, 10.0}, {8, 2.0}, {16, 50.0}}) {
+    SCOPED_TRACE(testing::Message() << connections << " of " << stiffness << " N/m");
+    scene::World w(lightTubeOn(connections, stiffness));
     scene::StepInput in;
     scene::StepReport report;
     double first = 0.0, last = 0.0;
@@ -337,7 +347,7 @@ TEST(FemInWorld, AnUndampedNetOnAnElastostaticObjectIsNotSwungUp) {
       in.impacts.clear();
       if (i == 0) in.impacts.push_back({0, 40, {0.3, 0.3, 0.4}, Vector3d(0, 0, 1e-5)});
       in.step = w.steps();
-      ASSERT_NE(w.step(in, report), scene::Status::Fault) << "step " << i << ", " << stiffness << " N/m";
+      ASSERT_NE(w.step(in, report), scene::Status::Fault) << "step " << i;
       std::vector<float> v(3 * w.knotCount(0));
       w.velocities(0, v.data());
       double squares = 0.0;
@@ -346,7 +356,7 @@ TEST(FemInWorld, AnUndampedNetOnAnElastostaticObjectIsNotSwungUp) {
       if (i >= 2900) last = std::max(last, squares);
     }
     EXPECT_GT(first, 0.0);
-    EXPECT_LT(last, first) << stiffness << " N/m";
+    EXPECT_LT(last, first);
   }
 }
 
