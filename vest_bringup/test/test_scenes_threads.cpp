@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdlib>
+#include <random>
 
 #include "../../vest_tissue/specimen/knots.h"
 #include "../../vest_tissue/specimen/nets.h"
@@ -264,6 +265,48 @@ TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
   EXPECT_GT(load, 1.0) << "N";
   EXPECT_EQ(kind(held), both);
   EXPECT_EQ(kind(slipped), none) << "without friction it comes undone";
+}
+
+// The stitch, and with VEST_FULL=1 its knot, three times: some eight minutes of a core.
+TEST(SceneStitchKnot, IsTiedByTheNeedleThoughCountsAreRoundedAndPosesComeLate) {
+  const bool whole = std::getenv("VEST_FULL") != nullptr;
+  constexpr double kCount = 2e-4, kLate = 0.003;  // rad (a tenth of it in m), s: twice a box's counts
+  for (int run = 0; run < (whole ? 3 : 1); ++run) {
+    Play p("stitch_knot", false);
+    std::mt19937 random(static_cast<unsigned>(run));
+    const auto rounded = [](double v, double count) { return count * std::round(v / count); };
+    for (trajectory::Row& row : p.trajectory.rows) {
+      if (run == 0) continue;  // as it is
+      row.t += run * kLate * static_cast<double>(random()) / static_cast<double>(std::mt19937::max());
+      for (auto& j : row.joints)
+        j = {rounded(j.yaw, kCount), rounded(j.pitch, kCount), rounded(j.insertion, 0.1 * kCount),
+             rounded(j.roll, kCount), rounded(j.jaw, kCount)};
+    }
+    const auto& rod = p.world().state().threads.rod;
+    suture::KnotScratch scratch(rod.position.size());
+    const auto kind = [&] {
+      const auto k = suture::kindOf(rod.position.data(), rod.position.size(), scratch);
+      return std::pair(static_cast<int>(k.determinant), static_cast<int>(k.signature));
+    };
+    std::array<double, 2> drawn{};  // N: by the left hand and the right one
+    std::pair<int, int> first;
+    p.run(
+        [&](double t, const scene::StepInput&, const scene::StepReport& told) {
+          if (at(t, 75.0)) first = kind();
+          if (at(t, 112.9))
+            for (std::size_t i = 0; i < 2; ++i) drawn[i] = told.contacts[i].wrench.head<3>().norm();
+        },
+        whole ? 0 : 12.0);
+    EXPECT_EQ(p.times(EventKind::Punctured, "pad").size(), 1U) << run;
+    EXPECT_EQ(p.times(EventKind::Exited, "pad").size(), 1U) << run;
+    if (!whole) return;
+    EXPECT_EQ(first, std::pair(3, 2)) << run << ": a throw";
+    EXPECT_EQ(kind(), std::pair(9, 0)) << run << ": a square knot, and no granny; nobody holds its short end";
+    std::printf("run %d: drawn with %.2f N and %.2f N\n", run, drawn[0], drawn[1]);
+    EXPECT_GT(std::min(drawn[0], drawn[1]), 1.0) << "N, " << run;
+    EXPECT_TRUE(p.times(EventKind::Torn, "thread").empty()) << run;
+    EXPECT_TRUE(p.times(EventKind::TornOut, "pad").empty()) << run;
+  }
 }
 
 }  // namespace
