@@ -267,7 +267,7 @@ TEST(SceneSquareKnot, ThreeInstrumentsTieTwoThrowsThatHoldByFriction) {
   EXPECT_EQ(kind(slipped), none) << "without friction it comes undone";
 }
 
-// The stitch, and with VEST_FULL=1 its knot, three times: some eight minutes of a core.
+// The stitch, and with VEST_FULL=1 its knot, three times: some fifteen minutes of a core.
 TEST(SceneStitchKnot, IsTiedByTheNeedleThoughCountsAreRoundedAndPosesComeLate) {
   const bool whole = std::getenv("VEST_FULL") != nullptr;
   constexpr double kCount = 2e-4, kLate = 0.003;  // rad (a tenth of it in m), s: twice a box's counts
