@@ -60,7 +60,7 @@ struct Content {
   std::size_t bytes = 0;  ///< of text: numbers
 };
 
-enum class Stored { Plain, Packed, Text };
+enum class Stored { Plain, Packed, Text, Hex };
 
 /// Counts what ITK takes for whole where it is cut: all of it, checksums of gzip and zlib included; of text,
 /// its numbers. @param most bytes that are wanted: of packed data, no more are unpacked @throws
@@ -76,6 +76,7 @@ Content contentOf(const std::string& path, std::size_t from, Stored stored, Pass
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(from));
   std::vector<char> in(1 << 16), out(1 << 18);
+  int half = -1;  // of a byte in base 16
   if (stored == Stored::Text) {
     double value = 0;
     for (std::string word; file >> std::setw(400) >> word; ++content.bytes)
@@ -94,6 +95,27 @@ Content contentOf(const std::string& path, std::size_t from, Stored stored, Pass
       add(in.data(), static_cast<std::size_t>(file.gcount()));
     }
     content.bytes = bytes;
+    return content;
+  }
+  if (stored == Stored::Hex) {
+    while (file) {
+      file.read(in.data(), static_cast<std::streamsize>(in.size()));
+      std::size_t bytes = 0;
+      for (std::streamsize i = 0; i < file.gcount(); ++i) {
+        const auto c = static_cast<unsigned char>(in[static_cast<std::size_t>(i)]);
+        if (std::isspace(c) != 0) continue;
+        if (std::isxdigit(c) == 0)
+          throw std::runtime_error("is damaged: '" +
+                                   files::shown(std::string(1, in[static_cast<std::size_t>(i)]), 40) +
+                                   "' among its values");
+        const int digit = std::isdigit(c) != 0 ? c - '0' : std::tolower(c) - 'a' + 10;
+        if (half < 0)
+          half = digit;
+        else
+          out[bytes++] = static_cast<char>(16 * half + digit), half = -1;
+      }
+      add(out.data(), bytes);
+    }
     return content;
   }
   z_stream zip{};
@@ -149,7 +171,6 @@ struct Account {
   bool placed = true;     ///< the file says how the patient lies in it
   std::size_t bytes = 0;  ///< of values, unpacked
   std::size_t width = 0;  ///< bytes of a stored value, 1 for text; 0: as ITK gives them
-  bool counted = true;    ///< false: digits of base 16, which ITK counts
 };
 
 /// Bytes of values behind a text, or in a file of their own: one, beside the header.
@@ -220,15 +241,17 @@ Account accountOfNrrd(const std::string& path) {
                              ": must be left-posterior-superior or right-anterior-superior");
   const bool text = encoding == "ascii" || encoding == "text" || encoding == "txt";
   const bool packed = encoding == "gzip" || encoding == "gz";
-  account.counted = encoding == "raw" || packed || text;
+  const bool hex = encoding == "hex";
+  // ITK takes memory for all values before it says this, as it does before it finds base 16 too short.
+  if (!text && !packed && !hex && encoding != "raw")
+    throw std::runtime_error("encoding: " + files::shown(encoding, 40) + ": must be raw, gzip, ascii or hex");
   account.width = text ? 1 : 0;
   std::string name = "local";
   for (const char* const key : {"datafile", "data file"})
     if (f.count(key) != 0) name = f[key];
-  Passing passing;
-  if (account.counted) passing = Passing::ofText(lower(f["type"]), f["sizes"], lower(f["endian"]) == "big");
-  const Stored stored = text ? Stored::Text : packed ? Stored::Packed : Stored::Plain;
-  account.bytes = dataOf(path, end, name, stored, passing);
+  const Stored stored = text ? Stored::Text : packed ? Stored::Packed : hex ? Stored::Hex : Stored::Plain;
+  account.bytes = dataOf(path, end, name, stored,
+                         Passing::ofText(lower(f["type"]), f["sizes"], lower(f["endian"]) == "big"));
   return account;
 }
 
@@ -420,7 +443,7 @@ VolumeHeader readVolumeHeader(const std::string& path) try {
   header.width = static_cast<std::uint32_t>(io->GetComponentSize());
   header.placed = account.placed;
   const std::size_t width = account.width != 0 ? account.width : std::max(header.width, 1u);
-  header.values = account.counted ? account.bytes / width : SIZE_MAX;
+  header.values = account.bytes / width;
   return header;
 } catch (const itk::ExceptionObject& error) {
   throw translated(error);
