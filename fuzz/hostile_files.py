@@ -32,6 +32,8 @@ from lies import lies
 
 PACKAGES = ':'.join(sorted(glob.glob(os.path.join(ROOT, 'vest_*'))) + ['/usr/share'])
 SECONDS, MEGABYTES = 5, 1024  # of processor time, resident: what a tool may take for one file
+REFUSED_IMAGE = 500  # MB resident: what a tool of images may take for one that it refuses; a good one may be large
+IMAGE_TOOLS = ('vest_image', 'vest_import')
 
 REWRITTEN = 'rewritten while it is read'
 TWO_LINES = '\nvest_model: good\n'
@@ -160,7 +162,7 @@ SPECIALS = 5 + len(ELSEWHERE)
 
 
 OUTCOMES = ['refused, file named', 'judged not good', 'accepted', 'refused without the file', 'crashed', 'hung',
-            'over 1 GB', 'wrote to the terminal', 'left a part']
+            'too much memory', 'wrote to the terminal', 'left a part']
 
 
 def left_behind(kind, folder):
@@ -213,8 +215,9 @@ def run(kind, folder, slow, under=(), spent=None):
     if code < 0 or code == 77 or 'ERROR: AddressSanitizer' in text or 'runtime error:' in text:
         return 'crashed', 'exit %d: %s' % (code, next((line for line in text.splitlines() if 'ERROR' in line or 'error:' in line),
                                                       last))
-    if usage.ru_maxrss > MEGABYTES * 1024 * (3 if slow > 1 else 1):
-        return 'over 1 GB', '%d MB' % (usage.ru_maxrss // 1024)
+    most = REFUSED_IMAGE if code != 0 and os.path.basename(kind.command[0]) in IMAGE_TOOLS else MEGABYTES
+    if usage.ru_maxrss > most * 1024 * (3 if slow > 1 else 1):
+        return 'too much memory', '%d MB' % (usage.ru_maxrss // 1024)
     if re.search('[\x00-\x08\x0b-\x1f\x7f\ufffd\u202a-\u202e\u2066-\u2069]', text) or TWO_LINES in text:
         return 'wrote to the terminal', ascii(last)
     if code == 0:
@@ -305,7 +308,7 @@ def table(rows, total, parts, options):
     head = ['# Damaged and hostile files', '',
             'Written by `fuzz/hostile_files.py`; do not edit. The command makes %d files, seeded, from the formats that VEST reads. It' %
             total,
-            'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB.' % SECONDS, '',
+            'gives each to the tool that reads it. One file may cost %d s of processor time and 1 GB, an image that is refused %d MB.' % (SECONDS, REFUSED_IMAGE), '',
             'Each corpus holds random changes of a good file (bytes, numbers, lines, parts of other files). It also holds what a stranger',
             'would try first: no bytes, millions of brackets, a bomb of aliases, a pipe or a device. Others are in another encoding or byte order, cut,',
             'or rewritten while they are read. Then come files that are well made and lie',

@@ -14,6 +14,22 @@ def packed(how, megabytes):
     return b''.join(maker.compress(bytes(1 << 20)) for _ in range(megabytes)) + maker.flush()
 
 
+def last(how, megabytes, value, first=b''):
+    """A head, zeros, and one value behind them. The pieces of a stream that begin anew are the same: one is packed."""
+    check = {'gzip': zlib.crc32, 'zlib': zlib.adler32}[how]
+    begin = zlib.compressobj(9, zlib.DEFLATED, {'gzip': 31, 'zlib': 15}[how]).flush()[:{'gzip': 10, 'zlib': 2}[how]]
+    maker = zlib.compressobj(9, zlib.DEFLATED, -15)
+    begin += maker.compress(first) + maker.flush(zlib.Z_FULL_FLUSH)
+    piece = maker.compress(bytes(1 << 20)) + maker.flush(zlib.Z_FULL_FLUSH)
+    rest = bytes((1 << 20) - len(value)) + value
+    total = check(first)
+    for _ in range(megabytes - 1):
+        total = check(bytes(1 << 20), total)
+    total = check(rest, total)
+    end = struct.pack('<2I', total, (len(first) + (megabytes << 20)) % 2**32) if how == 'gzip' else struct.pack('>I', total)
+    return begin + piece * (megabytes - 1) + maker.compress(rest) + maker.flush() + end
+
+
 def nrrd(data):
     head = b'NRRD0004\ntype: short\ndimension: 3\nsizes: %s\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n' \
            b'space origin: (0,0,0)\nendian: little\n'
@@ -23,6 +39,10 @@ def nrrd(data):
             yield '%s as %s' % (sizes.decode(), encoding.decode()), head % sizes + b'encoding: %s\n\n' % encoding + body
     yield 'a bomb', head % b'1024 1024 224' + b'encoding: gzip\n\n' + packed('gzip', 448)
     yield 'more than the header says', head % b'2 2 2' + b'encoding: gzip\n\n' + packed('gzip', 512)
+    for kind, form, megabytes in ((b'double', '<d', 2048), (b'float', '<f', 1024)):
+        for value in (float('inf'), 1e31):
+            yield 'the last %s is %g' % (kind.decode(), value), (head % b'1024 1024 256').replace(b'short', kind) + b'encoding: gzip\n\n' + \
+                last('gzip', megabytes, struct.pack(form, value))
     for line in (b'data file: ../../../../etc/passwd', b'data file: LIST 2\n/etc/passwd\n/etc/passwd', b'data file: ~root/.profile', b'data file: http://localhost/a',
                  b'data file: /proc/self/mem', b'data file: /dev/stdin', b'data file: a.nrrd\0', b'datafile: /etc/passwd', b'DATA FILE: /etc/passwd',
                  b'data file: LIST\na.raw\nb.raw', b'data file: %d.raw 1 1000000000 1', b'data file: /etc/passwd', b'data file: ../a',
@@ -53,6 +73,9 @@ def mha(data):
                  b'%d 1 2 1', b'LIST', b'LIST 3\na.raw', b'/etc/passwd', b'../a', b'/dev/zero', b'a.mha', b'slice%d.raw 1 1000000000 1', b'%s%s%s%n', b'', b'Local', b'x' * 5000):
         yield 'data in ' + name[:30].decode(), head % (b'3', b'2 2 2', b'MET_SHORT', b'', name) + bytes(16)
     yield 'a bomb', head % (b'3', b'1024 1024 224', b'MET_SHORT', b'CompressedData = True\n', b'LOCAL') + packed('zlib', 448)
+    for kind, form, megabytes in ((b'MET_DOUBLE', '<d', 2048), (b'MET_FLOAT', '<f', 1024)):
+        yield 'the last %s is infinite' % kind.decode(), head % (b'3', b'1024 1024 256', kind, b'CompressedData = True\n', b'LOCAL') + \
+            last('zlib', megabytes, struct.pack(form, float('inf')))
 
 
 def nii(data):
@@ -84,6 +107,10 @@ def nii(data):
     yield 'packed, a wrong sum', gzip.compress(data)[:-8] + bytes(8)
     yield 'a packed bomb', gzip.compress(data[:352]) + packed('gzip', 600)
     yield 'a packed bomb of its size', gzip.compress(changed(40, '<8h', 3, 1024, 1024, 224, 1, 1, 1, 1)[:352]) + packed('gzip', 448)
+    for kind, bits, form, megabytes in ((64, 64, '<d', 2048), (16, 32, '<f', 1024)):
+        large = bytearray(changed(40, '<8h', 3, 1024, 1024, 256, 1, 1, 1, 1)[:352])
+        struct.pack_into('<2h', large, 70, kind, bits)
+        yield 'the last of type %d is infinite' % kind, last('gzip', megabytes, struct.pack(form, float('inf')), bytes(large))
     yield 'turned bytes', b''.join(data[i:i + 2][::-1] for i in range(0, 352, 2)) + data[352:]
     yield 'the second kind of header', struct.pack('<i8s', 540, b'n+2\0\r\n\x1a\n') + bytes(528) + data[352:]
     yield 'data in another file', changed(344, '4s', b'ni1\0')[:348]

@@ -177,7 +177,7 @@ std::vector<std::string> patients() {
   options.size = {12, 10, 8};
   const auto volume = image::picture(image::makePhantom("head"), options);
   image::write(volume, one.path() + "/a.nrrd");
-  return {image::firstPatient("head", "a.nrrd", volume),
+  return {image::firstPatient("head", "a.nrrd", volume, false),
           "vest_patient: 1\nname: knee\nlabels: a.nrrd\ntissues:\n  - {label: 1, name: bone, tissue: "
           "bone}\ncell: 4\n"
           "held: [bone]\ncrop: [[-5, -5, -5], [5, 5, 5]]\nplace: [0, 0.05, 0.03]\n"};
@@ -233,7 +233,7 @@ void readVolume(const std::string& input) {
   const std::string file = folder().write(names[static_cast<unsigned char>(input[0]) % 3], input.substr(1));
   image::Volume volume;
   if (takes(file, [&] { volume = image::read(file); }))
-    takes("", [&] { image::firstOfLabels("a", file, volume); });
+    takes("", [&] { image::firstOfLabels("a", file, volume, false); });
 }
 
 std::vector<std::string> volumeFiles() {

@@ -78,6 +78,21 @@ class Tools(unittest.TestCase):
         self.refused(feel + ['--table', '{}/table.csv'], {**files, 'table.csv': b''}, '/table.csv')
         self.refused(feel, {'a.nrrd': volumes[b'0']}, '/a.nrrd: the shipped table is for values in HU')
 
+    def test_a_bake_that_loses_a_label_says_so_as_its_one_verdict(self):
+        head = b'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 40 40 40\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n'
+        radius = [((x - 20) ** 2 + (y - 20) ** 2 + (z - 20) ** 2) ** 0.5 for z in range(40) for y in range(40) for x in range(40)]
+        shell = head + bytes(2 if 15 <= r < 18 else 1 if r < 9 else 0 for r in radius)  # thin, as a skull is
+        solid = head + bytes(r < 18 for r in radius)
+        first = b'vest_patient: 1\nname: head\nlabels: a.nrrd\ntissues:\n  - {label: 1, name: core, tissue: liver}\n'
+        of_shell = first + b'  - {label: 2, name: shell, tissue: bone}\nheld: [shell]\n'
+        for image, recipe, verdict, status in (
+                (shell, of_shell + b'cell: 4\n', r'NOT good: shell: \S+ ml of voxels became \S+ ml of elements, with cell 4: .*take a smaller cell', 1),
+                (shell, of_shell + b'cell: 3\n', 'good$', 0), (solid, first + b'cell: 2\nintegrator: elastostatic\n', 'NOT good: it does not start: .*free nodes', 1)):
+            code, lines, _ = refusal([tool('vest_tissue', 'vest_import'), 'bake', '{}'], {'a.nrrd': image, 'patient.yaml': recipe})
+            self.assertEqual(code, status, lines)
+            self.assertRegex(lines[-1], verdict)
+            self.assertEqual([line for line in lines if line.startswith(('good', 'NOT good'))], lines[-1:])
+
     def test_a_pipe_beside_a_recording_is_not_waited_for(self):
         files = {'session.bag.active': self.good['bag'][0], 'session.bag.progress': None}
         code, lines, _ = refusal([tool('vest_bringup', 'vest_recover_bag'), '{}', '--output', '{}/out.bag'], files)

@@ -110,6 +110,13 @@ TEST(RecordingRelay, RelaysOnlyTopicsOfASession) {
     EXPECT_EQ(std::count(all.begin(), all.end(), topic), 1) << topic << " would never be recorded";
 }
 
+// A session in which somebody drew is drawn again from its bag (vest_replay_model).
+TEST(RecordingRelay, EveryEditOfTheModellerIsRecordedWhole) {
+  const std::vector<std::string> all = defaultTopics();
+  EXPECT_EQ(std::count(all.begin(), all.end(), "model/edits"), 1);
+  EXPECT_EQ(keptRate("model/edits"), 0.0);
+}
+
 // The values of a head show a face.
 TEST(RecordingRelay, PatientsImagesAreNotRecordedUnlessAskedFor) {
   for (const std::string& topic : defaultTopics())

@@ -80,6 +80,7 @@ std::vector<std::string> defaultTopics() {
                                      "session/drawing",
                                      "session/targets",
                                      "session/result",
+                                     "model/edits",
                                      "endoscope/camera_info",
                                      "effects/options",
                                      "effects/state_hash",

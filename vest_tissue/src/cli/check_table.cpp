@@ -129,7 +129,7 @@ std::size_t countParts(const fem::Description& d) {
 
 }  // namespace
 
-bool printCheck(const scene::Description& description) {
+std::string printCheck(const scene::Description& description) {
   std::printf("%-22s %-9s %6s %7s %6s %5s %6s %6s %8s %9s %8s %6s %6s %9s\n", "object", "organ", "knots",
               "springs", "pieces", "twice", "free", "inside", "vertices", "triangles", "mass g", "fixed",
               "ties", "steps/ms");
@@ -181,11 +181,10 @@ bool printCheck(const scene::Description& description) {
   const std::string falling = scene::fallingSentence(description);
   if (!falling.empty()) std::printf("%s\n", falling.c_str());
   good = good && falling.empty();
-  std::printf("%s\n", good ? "good" : "NOT good: pieces must be 1; twice and free 0; no object may fall");
-  return good;
+  return good ? "" : "pieces must be 1; twice and free 0; no object may fall";
 }
 
-bool startsWell(const scene::Description& description) try {
+std::string startFault(const scene::Description& description) try {
   constexpr double kTime = 0.2, kThrown = 5.0;  // s; m/s: more than anything falls in that time (tuned)
   constexpr double kPatience = 2.0;             // s of processor time (assumed): whoever checks a scene waits
   if (description.integrator == scene::Integrator::NewtonEuler) {
@@ -198,18 +197,25 @@ bool startsWell(const scene::Description& description) try {
     if (rest.speed < kThrown && rest.seconds < 0.99 * kTime)
       std::printf("its steps are slow, %.0f ms each: no more than its first %.0f ms were looked at\n",
                   1e3 * rest.seconds_per_step, 1e3 * rest.seconds);
-    if (rest.speed < kThrown) return true;
-    std::printf("NOT good: %s is thrown about: %.1f m/s within %.1f s, without any tool\n",
-                files::shown(rest.object, 100).c_str(), rest.speed, kTime);
-    return false;
+    if (rest.speed < kThrown) return "";
+    char speed[80];
+    std::snprintf(speed, sizeof speed, "%.1f m/s within %.1f s", rest.speed, kTime);
+    return files::shown(rest.object, 100) + " is thrown about: " + speed + ", without any tool";
   }
   const bool still = description.integrator == scene::Integrator::Static;
   for (const auto& object : description.objects)
     if (object.fem) fem::buildModel(*object.fem, still ? fem::Use::Static : fem::Use::Dynamic);
-  return true;
+  return "";
 } catch (const std::exception& error) {
-  std::printf("NOT good: it does not start: %s\n", files::shown(error.what(), 6000).c_str());
-  return false;
+  return "it does not start: " + files::shown(error.what(), 6000);
+}
+
+bool printVerdict(const std::vector<std::string>& faults) {
+  std::string all;
+  for (const std::string& fault : faults)
+    if (!fault.empty()) all += (all.empty() ? "" : "; ") + fault;
+  std::printf("%s\n", all.empty() ? "good" : ("NOT good: " + all).c_str());
+  return all.empty();
 }
 
 std::string defaultMaterials() {

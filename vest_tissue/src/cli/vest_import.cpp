@@ -32,9 +32,9 @@ void begin(const std::string& images, const std::string& folder, const ReadOptio
     std::fprintf(stderr, "vest_import: note: %s\n", vest::files::shown(note, 1000).c_str());
   if (labels) countLabels(volume);
   fs::create_directories(folder);
-  const auto first = labels ? firstOfLabels : firstPatient;
-  std::string text = first(fs::absolute(folder).lexically_normal().filename().string(),
-                           fs::absolute(images).string(), volume);
+  const std::string name = fs::absolute(folder).lexically_normal().filename().string(),
+                    source = fs::absolute(images).string();
+  std::string text = labels ? firstOfLabels(name, source, volume) : firstPatient(name, source, volume);
   if (!options.series.empty()) text += "series: \"" + options.series + "\"\n";
   if (options.resample) text += "resample: true\n";
   std::ofstream out(recipe, std::ios::binary);
@@ -88,22 +88,21 @@ int bake(const std::string& folder) {
     }
   const auto labels = segment(volume, patient);
   const auto lattice = mesh(labels, patient);
-  for (std::size_t s = 0; s < patient.segments.size(); ++s) {
-    std::size_t voxels = 0;
-    for (const auto label : labels.labels) voxels += label == s + 1;
-    const double seen = 1e6 * static_cast<double>(voxels) * labels.spacing.prod();
-    const double kept = 1e6 * vest::volume::volumeOf(lattice, static_cast<std::uint16_t>(s + 1));
-    std::printf("%-16s %9.1f ml of voxels, %9.1f ml of elements%s\n", patient.segments[s].name.c_str(), seen,
-                kept, kept < 0.9 * seen ? ": parts are thin for this cell" : "");
-  }
+  const auto volumes = volumesOf(labels, lattice, patient.segments.size());
+  for (std::size_t s = 0; s < volumes.size(); ++s)
+    std::printf("%-16s %9.1f ml of voxels, %9.1f ml of elements%s\n", patient.segments[s].name.c_str(),
+                1e6 * volumes[s].voxels, 1e6 * volumes[s].elements,
+                volumes[s].elements < 0.9 * volumes[s].voxels ? ": parts are thin for this cell" : "");
   const auto [least, greatest] = vest::volume::dihedralAngles(lattice);
   std::printf("%zu nodes, %zu tetrahedra, dihedral angles %.1f … %.1f degrees\n", lattice.nodes.size(),
               lattice.tetrahedra.size(), least, greatest);
   vest::scene::Description scene;
   writePatientScene(lattice, patient, folder,
                     [&](const std::string& written) { scene = vest::scene::loadScene(written); });
-  const bool good = vest::tools::printCheck(scene);
-  return vest::tools::startsWell(scene) && good ? 0 : 1;
+  const std::string fault = vest::tools::printCheck(scene);
+  return vest::tools::printVerdict({lossSentence(volumes, patient), fault, vest::tools::startFault(scene)})
+             ? 0
+             : 1;
 }
 
 }  // namespace

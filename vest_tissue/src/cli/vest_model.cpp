@@ -137,8 +137,8 @@ int main(int argc, char** argv) {
       vest::modelling::writeScene(description, description.directory, description.source);
       description = vest::scene::loadScene(scene_path);
     }
-    const bool good = vest::tools::printCheck(description);
-    return vest::tools::startsWell(description) && good ? 0 : 1;
+    const std::string fault = vest::tools::printCheck(description);
+    return vest::tools::printVerdict({fault, vest::tools::startFault(description)}) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fflush(stdout);  // what is wrong is the last line
     const std::string& of = scene_path.empty() ? source_path : scene_path;

@@ -95,10 +95,44 @@ std::string quoted(const std::string& text) {
 constexpr double kMostPlace = 100;  // m (assumed): the box is half a metre wide
 const char* const kFirstPlace = "place: [0, 0.05, 0.03]     # m, world: the middle of the underside\n";
 
-std::string firstCell(const Volume& volume) {
+constexpr double kLeastKept = 0.5;  // of a label's volume (tuned): a shape that lost more is another one
+// Assumed: whoever asks for a recipe does not wait for long.
+constexpr std::size_t kMostLooked = std::size_t{1} << 28;  // voxels times labels
+constexpr int kMostCells = 8;                              // that are tried
+
+bool keepsHalf(const LabelVolume& v) {
+  return v.elements >= kLeastKept * v.voxels;
+}
+
+/// The largest cell at which all labels keep their shape, of a twentieth of the volume and those that are a
+/// fifth smaller each time; else the smallest of which a scene has the nodes.
+double cellOf(const Volume& volume, Patient patient, bool fitting) {
   const Vector3d extent = volume.axes.cwiseAbs() * Vector3d(volume.size[0], volume.size[1], volume.size[2]);
-  return print("cell: %.0f                   # mm: smaller cells, finer mesh\n",
-               std::ceil(1e3 * extent.maxCoeff() / 20));
+  double cell = std::ceil(1e3 * extent.maxCoeff() / 20);
+  if (!fitting || volume.voxels() * patient.segments.size() > kMostLooked) return cell;
+  // Whoever bakes is told of a label without voxels, and of more cubes than are made.
+  try {
+    const auto labels = segment(volume, patient);
+    bool made = false;
+    double next = cell;
+    for (int i = 0; i < kMostCells && next >= 0.1; ++i, next = 0.1 * std::floor(8 * next)) try {
+        patient.cell = 1e-3 * next;
+        const auto lattice = mesh(labels, patient);
+        if (lattice.nodes.size() > fem::kMostTissueNodes) break;
+        made = true, cell = next;
+        const auto volumes = volumesOf(labels, lattice, patient.segments.size());
+        if (std::all_of(volumes.begin(), volumes.end(), keepsHalf)) break;
+      } catch (const std::invalid_argument&) {
+        if (made) break;  // else all of it is thinner than such a cell
+      }
+  } catch (const std::invalid_argument&) {
+  }
+  return cell;
+}
+
+std::string firstCell(const Volume& volume, const Patient& patient, bool fitting) {
+  return print("cell: %-4g                 # mm: smaller cells, finer mesh\n",
+               cellOf(volume, patient, fitting));
 }
 
 }  // namespace
@@ -155,7 +189,14 @@ Patient readPatient(const std::string& path) {
   return p;
 }
 
-std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume) {
+std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume,
+                         bool fitting) {
+  Patient first;
+  first.segments.resize(2);
+  first.segments[0].name = "soft_tissue", first.segments[1].name = "bone";
+  first.segments[0].low = -20, first.segments[0].high = 150, first.segments[0].largest = 1;
+  first.segments[1].low = 200, first.segments[1].high = 4000;
+  for (Segment& s : first.segments) s.median = 1;
   return "# How a patient's images become a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
          "vest_patient: 1\nname: " +
          name + "\nimages: " + quoted(images) +
@@ -163,19 +204,24 @@ std::string firstPatient(const std::string& name, const std::string& images, con
          "labels:                    # where they overlap, the later one counts\n"
          "  - {name: soft_tissue, tissue: liver, values: [-20, 150], median: 1, largest: 1}\n"
          "  - {name: bone, tissue: bone, values: [200, 4000], median: 1}\n" +
-         firstCell(volume) +
+         firstCell(volume, first, fitting) +
          "held: [bone]               # these do not move; without this line: the lowest tenth\n" +
          kFirstPlace;
 }
 
-std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume) {
+std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume,
+                          bool fitting) {
   std::string text =
       "# How a label map becomes a scene (docs/images.md). Then: vest_import bake THIS_FOLDER\n"
       "vest_patient: 1\nname: " +
       name + "\nlabels: " + quoted(map) + "\ntissues:                   # give each its name and tissue\n";
-  for (const auto& [label, voxels] : countLabels(volume))
+  Patient first;
+  for (const auto& [label, voxels] : countLabels(volume)) {
     text += print("  - {label: %u, name: label_%u, tissue: liver}   # %zu voxels\n", label, label, voxels);
-  return text + firstCell(volume) + kFirstPlace;
+    first.segments.emplace_back();
+    first.segments.back().low = first.segments.back().high = label;
+  }
+  return text + firstCell(volume, first, fitting) + kFirstPlace;
 }
 
 volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient) {
@@ -188,6 +234,31 @@ volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient
   const Vector3d from(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]);
   for (Vector3d& n : lattice.nodes) n += patient.place - from;
   return lattice;
+}
+
+std::vector<LabelVolume> volumesOf(const volume::LabelledImage& labels, const volume::Lattice& lattice,
+                                   std::size_t segments) {
+  std::vector<std::size_t> voxels(segments + 1, 0);
+  for (const auto label : labels.labels) ++voxels.at(label);
+  std::vector<LabelVolume> volumes;
+  for (std::size_t s = 1; s <= segments; ++s)
+    volumes.push_back({static_cast<double>(voxels[s]) * labels.spacing.prod(),
+                       volume::volumeOf(lattice, static_cast<std::uint16_t>(s))});
+  return volumes;
+}
+
+std::string lossSentence(const std::vector<LabelVolume>& volumes, const Patient& patient) {
+  std::string all;
+  for (std::size_t s = 0; s < volumes.size(); ++s)
+    if (!keepsHalf(volumes[s]))
+      all += patient.segments.at(s).name + print(": %.1f ml of voxels became %.1f ml of elements, ",
+                                                 1e6 * volumes[s].voxels, 1e6 * volumes[s].elements);
+  if (all.empty()) return all;
+  return all +
+         print(
+             "with cell %.3g: less than half is left; take a smaller cell, with a crop if the nodes become "
+             "too many",
+             1e3 * patient.cell);
 }
 
 std::string writePatientScene(const volume::Lattice& lattice, const Patient& patient,

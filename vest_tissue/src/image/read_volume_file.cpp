@@ -58,7 +58,7 @@ Volume readVolumeFile(const std::string& path) {
   if (!header.placed)
     volume.notes.push_back("axes are assumed: the file does not say how the patient lies in it");
   const std::size_t layer = volume.layer(), voxels = layer * volume.size[2];
-  if (header.values != SIZE_MAX && header.values > voxels)
+  if (header.values > voxels)
     volume.notes.push_back("holds " + std::to_string(header.values - voxels) +
                            " more values than its size says: they are not read");
   // Slices run along row × column, as those of DICOM.

@@ -21,6 +21,7 @@
 
 #include <Eigen/Core>
 
+#include "passing.h"
 #include "vest_instruments/files/read.h"
 
 namespace vest::image {
@@ -59,37 +60,68 @@ struct Content {
   std::size_t bytes = 0;  ///< of text: numbers
 };
 
-enum class Stored { Plain, Packed, Text };
+enum class Stored { Plain, Packed, Text, Hex };
 
 /// Counts what ITK takes for whole where it is cut: all of it, checksums of gzip and zlib included; of text,
-/// its numbers. @throws std::runtime_error: data that are damaged
-Content contentOf(const std::string& path, std::size_t from, Stored stored) {
+/// its numbers. @param most bytes that are wanted: of packed data, no more are unpacked @throws
+/// std::runtime_error: data that are damaged, or values that are refused
+Content contentOf(const std::string& path, std::size_t from, Stored stored, Passing passing,
+                  std::size_t most = SIZE_MAX) {
   Content content;
   const auto add = [&](const char* data, std::size_t count) {
     content.head.append(data, std::min(count, 348 - content.head.size()));
     content.bytes += count;
+    passing.take(data, count);
   };
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(from));
   std::vector<char> in(1 << 16), out(1 << 18);
+  int half = -1;  // of a byte in base 16
   if (stored == Stored::Text) {
     double value = 0;
     for (std::string word; file >> std::setw(400) >> word; ++content.bytes)
       if (!files::parseNumber(word, value))
         throw std::runtime_error("is damaged: '" + files::shown(word, 40) + "' among its values");
+      else if (std::abs(value) > 1e30)
+        refuseBeyond();
     return content;
   }
   if (stored == Stored::Plain) {
-    file.read(in.data(), 348);
-    add(in.data(), static_cast<std::size_t>(file.gcount()));
-    const std::size_t size = fs::file_size(path);
-    content.bytes = size > from ? size - from : 0;
+    const std::size_t size = fs::file_size(path), bytes = size > from ? size - from : 0;
+    // One that is too short is refused by its size.
+    const std::size_t looked = passing.wanted() && passing.bytes() <= bytes ? passing.bytes() : 348;
+    while (content.bytes < looked && file) {
+      file.read(in.data(), static_cast<std::streamsize>(std::min(in.size(), looked - content.bytes)));
+      add(in.data(), static_cast<std::size_t>(file.gcount()));
+    }
+    content.bytes = bytes;
+    return content;
+  }
+  if (stored == Stored::Hex) {
+    while (file) {
+      file.read(in.data(), static_cast<std::streamsize>(in.size()));
+      std::size_t bytes = 0;
+      for (std::streamsize i = 0; i < file.gcount(); ++i) {
+        const auto c = static_cast<unsigned char>(in[static_cast<std::size_t>(i)]);
+        if (std::isspace(c) != 0) continue;
+        if (std::isxdigit(c) == 0)
+          throw std::runtime_error("is damaged: '" +
+                                   files::shown(std::string(1, in[static_cast<std::size_t>(i)]), 40) +
+                                   "' among its values");
+        const int digit = std::isdigit(c) != 0 ? c - '0' : std::tolower(c) - 'a' + 10;
+        if (half < 0)
+          half = digit;
+        else
+          out[bytes++] = static_cast<char>(16 * half + digit), half = -1;
+      }
+      add(out.data(), bytes);
+    }
     return content;
   }
   z_stream zip{};
   if (inflateInit2(&zip, 15 + 32) != Z_OK) throw std::bad_alloc();  // + 32: gzip or zlib
   int state = Z_OK;
-  while (state == Z_OK) {
+  while (state == Z_OK && content.bytes < most) {
     if (zip.avail_in == 0) {
       file.read(in.data(), static_cast<std::streamsize>(in.size()));
       zip.next_in = reinterpret_cast<Bytef*>(in.data());
@@ -101,7 +133,8 @@ Content contentOf(const std::string& path, std::size_t from, Stored stored) {
     add(out.data(), out.size() - zip.avail_out);
   }
   inflateEnd(&zip);
-  if (state != Z_STREAM_END) throw std::runtime_error("is damaged: packed data are cut or changed");
+  if (state != Z_STREAM_END && content.bytes < most)
+    throw std::runtime_error("is damaged: packed data are cut or changed");
   return content;
 }
 
@@ -138,12 +171,12 @@ struct Account {
   bool placed = true;     ///< the file says how the patient lies in it
   std::size_t bytes = 0;  ///< of values, unpacked
   std::size_t width = 0;  ///< bytes of a stored value, 1 for text; 0: as ITK gives them
-  bool counted = true;    ///< false: digits of base 16, which ITK counts
 };
 
 /// Bytes of values behind a text, or in a file of their own: one, beside the header.
-std::size_t dataOf(const std::string& path, std::size_t end, const std::string& name, Stored stored) {
-  if (lower(name) == "local") return contentOf(path, end, stored).bytes;
+std::size_t dataOf(const std::string& path, std::size_t end, const std::string& name, Stored stored,
+                   const Passing& passing) {
+  if (lower(name) == "local") return contentOf(path, end, stored, passing).bytes;
   if (name.empty() || name.find_first_of("/%") != std::string::npos || lower(name).rfind("list", 0) == 0)
     throw std::runtime_error("data file: must be one file in the folder of the header, by its name");
   const fs::path data = fs::path(path).parent_path() / name;
@@ -153,7 +186,7 @@ std::size_t dataOf(const std::string& path, std::size_t end, const std::string& 
   if (!fs::is_regular_file(data, error)) throw std::runtime_error("data file: " + name + " is not there");
   if (fs::equivalent(data, path, error))
     throw std::runtime_error("data file: " + name + ": must be another file than the header");
-  return contentOf(data.string(), 0, stored).bytes;
+  return contentOf(data.string(), 0, stored, passing).bytes;
 }
 
 /// ITK takes a number that it cannot read, or that is missing, for 0 or 1.
@@ -208,12 +241,17 @@ Account accountOfNrrd(const std::string& path) {
                              ": must be left-posterior-superior or right-anterior-superior");
   const bool text = encoding == "ascii" || encoding == "text" || encoding == "txt";
   const bool packed = encoding == "gzip" || encoding == "gz";
-  account.counted = encoding == "raw" || packed || text;
+  const bool hex = encoding == "hex";
+  // ITK takes memory for all values before it says this, as it does before it finds base 16 too short.
+  if (!text && !packed && !hex && encoding != "raw")
+    throw std::runtime_error("encoding: " + files::shown(encoding, 40) + ": must be raw, gzip, ascii or hex");
   account.width = text ? 1 : 0;
   std::string name = "local";
   for (const char* const key : {"datafile", "data file"})
     if (f.count(key) != 0) name = f[key];
-  account.bytes = dataOf(path, end, name, text ? Stored::Text : packed ? Stored::Packed : Stored::Plain);
+  const Stored stored = text ? Stored::Text : packed ? Stored::Packed : hex ? Stored::Hex : Stored::Plain;
+  account.bytes = dataOf(path, end, name, stored,
+                         Passing::ofText(lower(f["type"]), f["sizes"], lower(f["endian"]) == "big"));
   return account;
 }
 
@@ -234,22 +272,28 @@ Account accountOfMeta(const std::string& path) {
   const bool text = f.count("binarydata") != 0 && lower(f["binarydata"])[0] != 't';
   const bool packed = lower(f["compresseddata"])[0] == 't';
   account.width = text ? 1 : 0;
+  bool big = false;
+  for (const char* const key : {"binarydatabyteordermsb", "elementbyteordermsb"})
+    big = big || lower(f[key])[0] == 't' || f[key][0] == '1';
   account.bytes = dataOf(path, end, f["elementdatafile"],
                          text     ? Stored::Text
                          : packed ? Stored::Packed
-                                  : Stored::Plain);
+                                  : Stored::Plain,
+                         Passing::ofText(lower(f["elementtype"]), f["dimsize"], big));
   return account;
 }
 
 /// nifti1.h of the NIfTI Data Format Working Group.
 Account accountOfNifti(const std::string& path) {
   const bool packed = lower(path).compare(path.size() - 3, 3, ".gz") == 0;
-  const Content content = contentOf(path, 0, packed ? Stored::Packed : Stored::Plain);
+  const Stored stored = packed ? Stored::Packed : Stored::Plain;
+  const Content content = contentOf(path, 0, stored, {}, 348);
   if (content.head.size() < 348 || content.head.compare(344, 3, "n+1") != 0)
     throw std::runtime_error("is no NIfTI-1 file with its values in it");
   std::uint32_t first = 0;
   std::memcpy(&first, content.head.data(), 4);
-  const auto number = [&, swapped = first != 348](std::size_t at, auto value) {
+  const bool swapped = first != 348;
+  const auto number = [&](std::size_t at, auto value) {
     char bytes[sizeof value];
     for (std::size_t b = 0; b < sizeof value; ++b)
       bytes[b] = content.head[at + (swapped ? sizeof value - 1 - b : b)];
@@ -297,7 +341,16 @@ Account accountOfNifti(const std::string& path) {
   Account account;
   account.width = static_cast<std::size_t>(std::max(bits / 8, 1));
   account.placed = number(252, std::int16_t{0}) > 0 || number(254, std::int16_t{0}) > 0;
-  account.bytes = content.bytes - std::min(content.bytes, static_cast<std::size_t>(begin));
+  std::size_t count = 1;
+  for (int a = 1; a <= std::min(axes, 7); ++a)
+    count = std::min(
+        count * static_cast<std::size_t>(number(40 + 2 * static_cast<std::size_t>(a), std::int16_t{0})),
+        std::size_t{1} << 40);
+  const std::size_t bytes = contentOf(path, 0, stored,
+                                      Passing::ofNifti(type, count, swapped, static_cast<std::size_t>(begin),
+                                                       number(112, 0.0f), number(116, 0.0f)))
+                                .bytes;
+  account.bytes = bytes - std::min(bytes, static_cast<std::size_t>(begin));
   return account;
 }
 
@@ -336,11 +389,11 @@ ValueKind convert(const Value* from, const VolumeHeader& h, bool reversed, void*
       ++kind.nothing;
       continue;
     }
-    if (!(std::abs(v) <= 1e30)) throw std::runtime_error("holds values beyond 1e30");
+    if (!(std::abs(v) <= 1e30)) refuseBeyond();
     least = std::min(least, v);
     kind.whole = kind.whole && v >= -32768 && v <= 32767 && v == std::floor(v);
   }
-  if (kind.nothing == count) throw std::runtime_error("no value is a number");
+  if (kind.nothing == count) refuseNothing();
   kind.whole = kind.whole && kind.nothing == 0;
   kind.padding = std::nextafter(static_cast<float>(least) - 1, -std::numeric_limits<float>::infinity());
   const auto fill = [&](auto* out) {
@@ -390,7 +443,7 @@ VolumeHeader readVolumeHeader(const std::string& path) try {
   header.width = static_cast<std::uint32_t>(io->GetComponentSize());
   header.placed = account.placed;
   const std::size_t width = account.width != 0 ? account.width : std::max(header.width, 1u);
-  header.values = account.counted ? account.bytes / width : SIZE_MAX;
+  header.values = account.bytes / width;
   return header;
 } catch (const itk::ExceptionObject& error) {
   throw translated(error);

@@ -17,7 +17,7 @@ struct VolumeHeader {
   double direction[3][3];        ///< [row][column]; columns are axes, of unit length
   std::uint32_t width;           ///< bytes of a value
   bool placed;                   ///< the file says how the patient lies in it
-  std::size_t values;            ///< how many are there; SIZE_MAX: not counted
+  std::size_t values;            ///< how many are there
 };
 
 /// By the ending: .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz

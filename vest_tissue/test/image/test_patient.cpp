@@ -219,6 +219,57 @@ TEST(Patient, ASceneThatItsReaderRefusesLeavesNoFile) {
     ADD_FAILURE() << "left behind: " << entry.path();
 }
 
+/// Soft tissue, and beside it a plate of bone, three voxels thick.
+Volume withPlate() {
+  const Phantom phantom = {"plate",
+                           {-0.036, -0.036, -0.03},
+                           {0.036, 0.036, 0.03},
+                           {{Shape::Box, {0, 0, -0.008}, {0.030, 0.025, 0.012}, 50, 1},
+                            {Shape::Box, {0, 0, 0.016}, {0.028, 0.023, 0.00125}, 300, 2}},
+                           {"soft", "plate"}};
+  return picture(phantom, {{96, 96, 80}, 0, 3});
+}
+
+// A skull lost three quarters of its volume to a coarse cell, and the scene was called good.
+TEST(Patient, ALabelThatLosesHalfOfItsVolumeIsTold) {
+  const Volume volume = withPlate();
+  Patient p = patientOf();
+  p.segments = {segmentOf("soft", "liver", -20, 150), segmentOf("plate", "bone", 200, 900)};
+  const auto found = segment(volume, p);
+  const auto told = [&](double cell) {
+    p.cell = cell;
+    return lossSentence(volumesOf(found, mesh(found, p), 2), p);
+  };
+  const std::string message = told(0.004);
+  EXPECT_EQ(message.rfind("plate: 5.8 ml of voxels became ", 0), 0u) << message;
+  for (const char* const part : {" ml of elements", "cell 4:", "less than half", "take a smaller cell"})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  EXPECT_EQ(message.find("soft"), std::string::npos) << message;
+  EXPECT_EQ(told(0.002), "");
+  const auto volumes = std::vector<LabelVolume>{{2e-6, 1e-6}, {2e-6, 0.99e-6}};
+  EXPECT_EQ(lossSentence(volumes, p).rfind("plate: 2.0 ml of voxels became 1.0 ml", 0), 0u);
+}
+
+TEST(Recipe, BeginsWithACellThatKeepsItsLabels) {
+  const TemporaryScene folder;
+  const Volume volume = withPlate();
+  const auto expectKept = [&](const std::string& recipe) {
+    const Patient p = readPatient(folder.write("patient.yaml", recipe));
+    const auto found = segment(volume, p);
+    const auto lattice = mesh(found, p);
+    EXPECT_EQ(lossSentence(volumesOf(found, lattice, p.segments.size()), p), "");
+    EXPECT_LE(lattice.nodes.size(), 20000u);
+    EXPECT_LT(p.cell, 0.004);
+  };
+  expectKept(firstPatient("a", "/x", volume));
+  // Where all is thick, the cell stays a twentieth of the volume: a finer mesh is slower.
+  Phantom thick = boxWithSphere();
+  const Patient p =
+      readPatient(folder.write("patient.yaml", firstPatient("a", "/x", picture(thick, kImage))));
+  EXPECT_EQ(p.cell, 0.004);
+  EXPECT_EQ(readPatient(folder.write("patient.yaml", firstPatient("a", "/x", volume, false))).cell, 0.004);
+}
+
 /// The labels of a phantom as voxels.
 Volume mapOf(const Phantom& phantom) {
   Volume map = picture(phantom, kImage);

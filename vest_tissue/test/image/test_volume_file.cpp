@@ -1,5 +1,8 @@
 // NRRD, MetaImage and NIfTI: each is read as it was meant, in the patient's axes of DICOM, or refused with
 // cause and file. What damages a file is one message.
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -7,6 +10,8 @@
 #include <filesystem>
 #include <limits>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -218,6 +223,123 @@ TEST(VolumeFile, WhatIsNoNumberIsPadding) {
       std::string::npos);
 }
 
+std::string turned(std::string bytes, std::size_t width) {
+  for (auto at = bytes.begin(); at != bytes.end(); at += static_cast<std::ptrdiff_t>(width))
+    std::reverse(at, at + static_cast<std::ptrdiff_t>(width));
+  return bytes;
+}
+
+/// Files of 2 x 2 x 2 such values, in each format, byte order and packing: names and bytes.
+template <class Value>
+std::vector<std::pair<std::string, std::string>> filesOf(const TemporaryScene& folder,
+                                                         const std::vector<Value>& values) {
+  const std::string little = raw(values.data(), sizeof(Value) * values.size()),
+                    big = turned(little, sizeof(Value));
+  const std::string type = sizeof(Value) == 8 ? "double" : "float";
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementSpacing = 1 1 2\nElementType = MET_" +
+      std::string(sizeof(Value) == 8 ? "DOUBLE" : "FLOAT") + "\n";
+  Nifti nifti(head());
+  std::fill(nifti.dim + 1, nifti.dim + 4, std::int16_t{2});
+  nifti.type = sizeof(Value) == 8 ? 64 : 16, nifti.bits = 8 * sizeof(Value);
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const bool order : {false, true}) {
+    const std::string& bytes = order ? big : little;
+    const std::string fields = kDirections + "type: " + type + "\nendian: " + (order ? "big" : "little");
+    files.emplace_back("a.nrrd", nrrd(fields + "\nencoding: raw", bytes));
+    files.emplace_back("b.nrrd", nrrd(fields + "\nencoding: gzip", zipped(folder, bytes)));
+    std::string digits;
+    for (const char c : bytes)
+      for (const int half : {static_cast<unsigned char>(c) / 16, static_cast<unsigned char>(c) % 16})
+        digits += "0123456789abcdef"[half];
+    files.emplace_back("h.nrrd",
+                       nrrd(fields + "\nencoding: hex", digits.substr(0, 30) + "\n" + digits.substr(30)));
+    const std::string of = meta + "BinaryDataByteOrderMSB = " + (order ? "True" : "False") + "\n";
+    files.emplace_back("a.mha", of + "ElementDataFile = LOCAL\n" + bytes);
+  }
+  files.emplace_back("a.nii", nifti.bytes(little));
+  files.emplace_back("a.nii.gz", zipped(folder, nifti.bytes(little)));
+  return files;
+}
+
+// What is looked at while a file is counted is what ITK reads later: no good file is refused for the bytes of
+// another machine, or for what lies behind its last value.
+TEST(VolumeFile, ValuesAreLookedAtAsTheyAreRead) {
+  const TemporaryScene folder;
+  const auto taken = [&](auto last) {
+    using Value = decltype(last);
+    for (const auto& [name, bytes] : filesOf(folder, std::vector<Value>{0, 1, 2, 3, 4, 5, 6, last})) {
+      const Volume v = read(folder.write(name, bytes));
+      EXPECT_EQ(v.value(7), static_cast<float>(last)) << name << bytes.substr(0, 200);
+    }
+  };
+  taken(1.0000151395797729f);  // 3f80007f: beyond 1e30 with its bytes turned
+  taken(1.0000000000000258);   // 3ff000000000007f, as well
+  const double beyond = std::numeric_limits<double>::infinity();
+  const std::vector<double> more{0, 1, 2, 3, 4, 5, 6, 7, beyond};
+  for (const auto& [name, bytes] : filesOf(folder, more))
+    EXPECT_TRUE(noted(read(folder.write(name, bytes)), "1 more values")) << name;
+}
+
+TEST(VolumeFile, ValuesBeyondTheRangeAreRefusedInEachFormat) {
+  const TemporaryScene folder;
+  const auto refused = [&](auto last, const std::string& cause) {
+    using Value = decltype(last);
+    std::vector<Value> values(8, cause == "1e30" ? Value{1} : last);
+    values.back() = last;
+    for (const auto& [name, bytes] : filesOf(folder, values)) {
+      const std::string file = folder.write(name, bytes), message = refusal([&] { read(file); });
+      EXPECT_EQ(message.rfind(file + ": ", 0), 0u) << message;
+      EXPECT_NE(message.find(cause), std::string::npos) << name << message;
+    }
+  };
+  refused(std::numeric_limits<float>::infinity(), "1e30");
+  refused(-std::numeric_limits<double>::infinity(), "1e30");
+  refused(2e30f, "1e30");
+  refused(std::numeric_limits<float>::quiet_NaN(), "no value is a number");
+  refused(std::numeric_limits<double>::quiet_NaN(), "no value is a number");
+  // NIfTI's own reader makes 0 of a value that is no number, ITK padding of it: none is refused for one.
+  for (const auto& [name, bytes] : filesOf(folder, std::vector<float>{1, 2, 3, 4, 5, 6, 7, std::nanf("")})) {
+    const Volume v = read(folder.write(name, bytes));
+    EXPECT_TRUE(v.padding(7) || v.value(7) == 0) << name;
+  }
+  Nifti steep(head());  // whole numbers, of which a slope makes such values
+  steep.slope = 1e29f;
+  EXPECT_NE(refusal([&] { read(folder.write("a.nii", steep.bytes(valuesOf(head())))); }).find("1e30"),
+            std::string::npos);
+  const std::string text = kDirections + "type: double\nencoding: ascii";
+  EXPECT_NE(refusal([&] { read(folder.write("a.nrrd", nrrd(text, "0 1 2 3 4 5 6 2e30"))); }).find("1e30"),
+            std::string::npos);
+}
+
+// Packed data are small, what they unpack to is not: a few kB of them took 2 GB before their last value was
+// refused.
+TEST(VolumeFile, WhatIsRefusedTakesNoMemoryForAllOfItsValues) {
+  const TemporaryScene folder;
+  constexpr long kValues = 256L * 256 * 256 * 8;  // bytes
+  Nifti nifti(head());
+  std::fill(nifti.dim + 1, nifti.dim + 4, std::int16_t{256});
+  nifti.type = 64, nifti.bits = 64;
+  const std::string fields = kDirections + "type: double\nendian: little\nencoding: gzip\n\n";
+  const std::string place = folder.folder() + "/";
+  folder.write("a.nrrd", "NRRD0004\ndimension: 3\nsizes: 256 256 256\n" + fields);
+  folder.write("a.mha",
+               "ObjectType = Image\nNDims = 3\nDimSize = 256 256 256\nElementSpacing = 1 1 2\nElementType = "
+               "MET_DOUBLE\nCompressedData = True\nElementDataFile = LOCAL\n");
+  folder.write("head", nifti.bytes(""));
+  const std::string values = "head -c " + std::to_string(kValues - 8) + " /dev/zero; printf '" +
+                             R"(\000\000\000\000\000\000\360\177)" + "';";
+  ASSERT_EQ(0, std::system(("{ " + values + " } | gzip -n1 > " + place + "zip; cat " + place + "zip >> " +
+                            place + "a.nrrd; cat " + place + "zip >> " + place + "a.mha; { cat " + place +
+                            "head; " + values + " } | gzip -n1 > " + place + "a.nii.gz")
+                               .c_str()));
+  for (const char* const name : {"a.nrrd", "a.mha", "a.nii.gz"})
+    EXPECT_NE(refusal([&] { read(place + name); }).find("1e30"), std::string::npos) << name;
+  rusage children{};
+  getrusage(RUSAGE_CHILDREN, &children);
+  EXPECT_LT(children.ru_maxrss, kValues / 1024) << "kB";
+}
+
 TEST(VolumeFile, WhatIsNoVolumeIsRefusedWithTheCause) {
   const TemporaryScene folder;
   const auto expect = [&](const std::string& name, const std::string& bytes, const std::string& cause) {
@@ -251,6 +373,9 @@ TEST(VolumeFile, WhatIsNoVolumeIsRefusedWithTheCause) {
   expect("a.nrrd", nrrd(kDirections + "data file: a.nrrd\n" + kind, eight), "another file than the header");
   expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: ascii", "0 1 2 3 4 5 x 7"), "'x' among");
   expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: ascii", "0 1 2 3 4 5 6"), "ends before");
+  expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: hex", "00 01 02 03 04 05 06 0"), "ends before");
+  expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: hex", "00 01 02 03 04 05 06 0g"), "'g' among");
+  expect("a.nrrd", nrrd(kDirections + "type: uint8\nencoding: bzip2", eight), "encoding: bzip2: must be raw");
   const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n";
   expect("a.mha", meta + "ElementSpacing = 1 1 1\nElementDataFile =\n" + eight, "data file: must be one");
   expect("a.mha", meta + "ElementSpacing = 1 1 1\nElementDataFile = a.mha\n" + eight, "than the header");

@@ -80,7 +80,7 @@ TEST(Hostile, TheKeptScenesLoadAndStart) {
     EXPECT_EQ(scene.message(), "") << name;
     auto d = vest::scene::loadScene(scene.path());
     d.cache_directory.clear();
-    EXPECT_TRUE(vest::tools::startsWell(d)) << name;
+    EXPECT_EQ(vest::tools::startFault(d), "") << name;
   }
 }
 
@@ -446,8 +446,8 @@ TEST(Hostile, ABakedSceneLiesWholeInItsFolder) {
   vest::modelling::writeScene(baked, folder, "source.yaml", text);
   const auto d = vest::scene::loadScene(folder + "/tube.yaml");
   EXPECT_EQ(d.source, "source.yaml");
-  EXPECT_TRUE(vest::tools::printCheck(d));
-  EXPECT_TRUE(vest::tools::startsWell(d));
+  EXPECT_EQ(vest::tools::printCheck(d), "");
+  EXPECT_EQ(vest::tools::startFault(d), "");
   // A folder that cannot be written to: nothing is left behind.
   auto other = baked;
   other.objects.push_back(other.objects[0]);
@@ -498,8 +498,8 @@ TEST(Check, EveryShippedSceneIsGood) {
   for (const auto& entry : std::filesystem::directory_iterator(VEST_TISSUE_SOURCE_DIR "/scenes")) {
     const std::string name = entry.path().filename();
     const auto d = vest::scene::loadScene(entry.path() / (name + ".yaml"));
-    EXPECT_TRUE(vest::tools::printCheck(d)) << name;
-    EXPECT_TRUE(vest::tools::startsWell(d)) << name;
+    EXPECT_EQ(vest::tools::printCheck(d), "") << name;
+    EXPECT_EQ(vest::tools::startFault(d), "") << name;
     ++scenes;
   }
   EXPECT_GE(scenes, 23u);
@@ -514,15 +514,33 @@ TEST(Check, WhatAnswersAtOnceIsNotThrownAboutByItsFirstStep) {
   soft->material.youngs_modulus *= 0.001;  // sags by more than 5 mm
   for (auto& material : soft->materials) material.youngs_modulus *= 0.001;
   slab.fem = soft;
-  EXPECT_TRUE(vest::tools::startsWell(d));
+  EXPECT_EQ(vest::tools::startFault(d), "");
 }
 
 TEST(Check, ElementsAreJudgedAsElementsAndFaultsAreTold) {
   Scene scene("two");
   auto d = vest::scene::loadScene(scene.path());
-  EXPECT_TRUE(vest::tools::printCheck(d));
+  EXPECT_EQ(vest::tools::printCheck(d), "");
   d.objects[1].position[7].x() += 1e5;  // as if a file could say so
-  EXPECT_FALSE(vest::tools::startsWell(d));
+  EXPECT_NE(vest::tools::startFault(d), "");
+}
+
+// A bake once said good, and then that it was not.
+TEST(Check, SaysOneVerdictAsItsLastLine) {
+  const auto said = [](const std::vector<std::string>& faults, bool good) {
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(vest::tools::printVerdict(faults), good);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_EQ(said({"", ""}, true), "good\n");
+  EXPECT_EQ(said({"", "it does not start: no"}, false), "NOT good: it does not start: no\n");
+  EXPECT_EQ(said({"it is thin", "", "it falls"}, false), "NOT good: it is thin; it falls\n");
+  Scene scene("two");
+  auto d = vest::scene::loadScene(scene.path());
+  d.objects[1].position[7].x() += 1e5;
+  testing::internal::CaptureStdout();
+  vest::tools::printCheck(d), vest::tools::startFault(d);
+  EXPECT_EQ(testing::internal::GetCapturedStdout().find("good"), std::string::npos);
 }
 
 }  // namespace

@@ -46,11 +46,15 @@ struct Patient {
 /// Reads a recipe, patient.yaml (docs/images.md), strictly. @throws std::invalid_argument: file, line, field
 Patient readPatient(const std::string& path);
 
-/// A recipe to begin with: soft tissue and bone. @param images path, as written into it
-std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume);
+/// A recipe to begin with: soft tissue and bone. @param images path, as written into it @param fitting its
+/// cell is the largest of some at which both keep half of their volume, where a scene has so many nodes; else
+/// it is a twentieth of the volume, and nothing is meshed
+std::string firstPatient(const std::string& name, const std::string& images, const Volume& volume,
+                         bool fitting = true);
 
 /// A recipe to begin with: each label of a ready map. @throws std::invalid_argument: is no label map
-std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume);
+std::string firstOfLabels(const std::string& name, const std::string& map, const Volume& volume,
+                          bool fitting = true);
 
 /// How many voxels each label of a ready map has, but 0. @throws std::invalid_argument: a value that is no
 /// whole number of 0 … 65535, more than 100 labels
@@ -66,6 +70,17 @@ volume::LabelledImage segment(const Volume& volume, const Patient& patient);
 /// Tetrahedra of the labels, the patient supine: world = (-L, -S, -P) of the patient's axes, moved to
 /// `place`.
 volume::Lattice mesh(const volume::LabelledImage& labels, const Patient& patient);
+
+/// Of a label, m³.
+struct LabelVolume {
+  double voxels, elements;
+};
+std::vector<LabelVolume> volumesOf(const volume::LabelledImage& labels, const volume::Lattice& lattice,
+                                   std::size_t segments);
+
+/// Which labels have lost more than half of their voxels' volume (tuned), and what helps; empty where none
+/// has.
+std::string lossSentence(const std::vector<LabelVolume>& volumes, const Patient& patient);
 
 /// Writes NAME.yaml, NAME.vtk and NAME_held.csv, a scene of one object of elements. @param directory is there
 /// @param check is given the scene before the three files take their places: where it throws, none of them
