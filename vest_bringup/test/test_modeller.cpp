@@ -86,5 +86,65 @@ TEST(Modeller, ADrawnTreeIsCutAndBleedsAndTheSavedSceneHasTheSameHash) {
   EXPECT_GT(stage.field->fluid().emitted, 0.5 * lost) << "what is lost is seen";
 }
 
+// A branch that somebody drew is an artery like those of the scenes: it is seen to beat.
+TEST(Modeller, ADrawnTreePulsesAsItsElasticitySays) {
+  const Folder folder;
+  const scene::Description description = scene::loadScene(modelling::save(drawn(), folder.path));
+  const kinematics::TrainerBox box = testBox();
+  const trajectory::Trajectory script = trajectory::fromWaypoints(
+      ros::package::getPath("vest_bringup") + "/trajectories/arterial_bleeding.yaml", box);
+  Stage stage = makeStage(scene::World(description), sessionEffects(true, script));
+
+  struct Swing {
+    double least = 1e9, most = 0;
+    void add(double x) { least = std::min(least, x), most = std::max(most, x); }
+    double of() const { return most / least - 1; }
+  };
+  struct Branch {
+    std::size_t object;
+    int vessel;
+    std::size_t ring;
+    Swing seen, said;
+  };
+  std::vector<Branch> branches;
+  for (std::size_t i = 0; i < description.objects.size(); ++i) {
+    const scene::Object& o = description.objects[i];
+    if (o.name.rfind("tree_", 0) != 0 || o.name == "tree_1") continue;  // the scissors go to the stem
+    branches.push_back(
+        {i, stage.blood->model().find(o.tube.vessel_segment), o.tube.rings.size() / 2, {}, {}});
+    EXPECT_GE(branches.back().vessel, 0) << o.name;
+  }
+  ASSERT_FALSE(branches.empty());
+  const RehearsalReport report = rehearse(
+      *stage.trainer, box, script, handsOf(script), 2.2,  // nothing is cut yet
+      [&](double t, const scene::StepInput&, const scene::StepReport&) {
+        if (t < 1.0) return;  // the scene settles; what is left is more than a beat
+        for (Branch& b : branches) {
+          const auto& knots = description.objects[b.object].tube.rings.at(b.ring);
+          const scene::World& world = stage.trainer->world();
+          Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+          double radius = 0;
+          for (const auto k : knots) middle += world.knotAt(b.object, k) / static_cast<double>(knots.size());
+          for (const auto k : knots)
+            radius += (world.knotAt(b.object, k) - middle).norm() / static_cast<double>(knots.size());
+          b.seen.add(radius);
+          b.said.add(
+              haemodynamics::dilatation(stage.blood->model(), stage.blood->circulation(), b.vessel, 0.5));
+        }
+      });
+  EXPECT_NE(report.worst, scene::Status::Fault);
+  EXPECT_EQ(stage.blood->circulation().lost, 0.0) << "whole";
+  EXPECT_GT(stage.blood->circulation().heart_rate * 1.2, 1.0) << "a whole beat was watched";
+  for (const Branch& b : branches) {
+    SCOPED_TRACE(description.objects[b.object].name);
+    std::printf("%s: radius %.4f mm swings by %.3f %%, its wall says %.3f %%\n",
+                description.objects[b.object].name.c_str(), 1e3 * b.seen.least, 100 * b.seen.of(),
+                100 * b.said.of());
+    EXPECT_GT(b.said.of(), 1e-3) << "the pressure goes up and down";
+    EXPECT_GT(b.seen.of(), 0.8 * b.said.of());
+    EXPECT_LT(b.seen.of(), 1.25 * b.said.of());
+  }
+}
+
 }  // namespace
 }  // namespace vest::simulation
