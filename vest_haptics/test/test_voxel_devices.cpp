@@ -266,7 +266,7 @@ TEST(VoxelDevices, ElasticitiesAreFeltThroughTheImpulseEngineAsThroughTheSimulat
     std::int64_t now = 0;
     double air = 1, now_air = 0, most = 0;
     bool down = false;
-    for (int presses = 0; presses < 20 && !(air == 0 && std::abs(got - want) <= bound);) {
+    for (int presses = 0; presses < 60 && !(air == 0 && std::abs(got - want) <= bound);) {
       now = std::max(now + kMs, Loop::steadyNow());
       const double tip = trial.tick(now, 0.0).tip.z() - kSurface, shown = hand.shown();
       most = std::min(most, shown);
