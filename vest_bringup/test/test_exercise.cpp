@@ -537,9 +537,14 @@ TEST(VestScore, ScoresARecordedSessionToTheSameBits) {
   // A link in a stranger's folder, in the place of a file of the tool's own: nothing goes through it.
   std::ofstream(folder + "/mine") << "a file of mine";
   fs::create_symlink(folder + "/mine", folder + "/session/report.html.new");
-  said("(" VEST_SCORE " --report " + folder + "/session > /dev/null)", code);
+  said("(" VEST_SCORE " --pdf " + folder + "/session > /dev/null)", code);
   EXPECT_EQ(code, 0);
   EXPECT_EQ(files::read(folder + "/mine", 100), "a file of mine");
+  const bool pdf = std::system("command -v weasyprint > /dev/null") == 0;  // ./test installs it
+  EXPECT_EQ(fs::exists(folder + "/session/report.pdf"), pdf);
+  if (pdf) {
+    EXPECT_EQ(files::read(folder + "/session/report.pdf", 10000000).substr(0, 5), "%PDF-");
+  }
   EXPECT_GT(fs::file_size(folder + "/session/report.html"), 1000u);
   EXPECT_FALSE(fs::exists(folder + "/session/report.html.new"));
   fs::create_directory(folder + "/slow");
