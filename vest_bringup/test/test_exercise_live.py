@@ -33,7 +33,9 @@ class ExerciseLive(unittest.TestCase):
         with open(file, encoding="utf-8") as read:
             text = read.read()
         with open(file, "w", encoding="utf-8") as write:
-            write.write(text.replace("limit_s: 60", "limit_s: 2").replace("proficient_s: 12", "proficient_s: 1").replace("least_s: 2", "least_s: 0"))
+            text = text.replace("limit_s: 60", "limit_s: 2").replace("proficient_s: 12", "proficient_s: 1").replace("least_s: 2", "least_s: 0")
+            # Wherever the strokes are when it is asked for, its clock starts.
+            write.write(text.replace("below: 20}", "below: 500}"))
         self.feedback = []
         self.client = actionlib.SimpleActionClient("/vest/session/exercise", ExerciseAction)
         self.assertTrue(self.client.wait_for_server(PATIENCE))
@@ -79,7 +81,7 @@ class ExerciseLive(unittest.TestCase):
         self.assertEqual(result.directory, self.output)
         first = next(f for f in self.feedback if f.score.phase)
         self.assertEqual((first.score.exercise, first.score.phase, first.score.phase_number, first.score.phases), ("lift_tube", "grasp", 1, 3))
-        hints = {f.hint for f in self.feedback}  # the first phase may not have started at the first
+        hints = {f.hint for f in self.feedback}
         self.assertIn("Take the tube in its middle between the jaws and close them gently.", hints)
         self.assertEqual((first.score.limit, len(first.score.items)), (2, 5))
         self.assertLess(first.score.elapsed, self.feedback[-1].score.elapsed)
